@@ -1,0 +1,1 @@
+//! The network as a value: [`config`] builds a [`graph`], backends interpret it.

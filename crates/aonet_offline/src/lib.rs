@@ -1,0 +1,14 @@
+//! What needs a scene, a disk or a gradient: scenes, ray-traced reference, frames, datasets,
+//! evaluation and training. Data flows one way: scene -> G-buffer -> AO -> table.
+
+pub mod error;
+pub mod frame;
+pub mod gbuffer;
+pub mod reference;
+pub mod scene;
+pub mod trace;
+pub mod view;
+
+pub use error::{Error, Result};
+pub use scene::Scene;
+pub use view::View;

@@ -1,0 +1,1 @@
+//! Seeded scenes made from code.

@@ -1,0 +1,128 @@
+//! A view: where the camera of a frame stands and how long the occlusion rays are. Stored as JSON.
+
+use crate::error::{Error, Result};
+use aonet::{AoParams, Camera, Projection};
+use glam::Vec3;
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+
+/// A camera and an AO radius in glTF world space (right-handed, +Y up).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct View {
+    /// Camera position [world units].
+    pub eye: [f32; 3],
+    /// Point in the middle of the image [world units].
+    pub target: [f32; 3],
+    /// Direction that is up in the image.
+    #[serde(default = "up")]
+    pub up: [f32; 3],
+    /// Vertical field of view [degrees]; ignored when `ortho_height` is given.
+    #[serde(default = "fov_y_deg")]
+    pub fov_y_deg: f32,
+    /// Height of the image plane of an orthographic camera [world units].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ortho_height: Option<f32>,
+    /// Image width [px].
+    pub width: usize,
+    /// Image height [px].
+    pub height: usize,
+    /// Nearest visible distance along the axis [world units].
+    #[serde(default)]
+    pub near: f32,
+    /// Farthest visible distance along the axis [world units]; beyond is background.
+    #[serde(default = "far", skip_serializing_if = "is_infinite", with = "far_or_infinite")]
+    pub far: f32,
+    /// AO radius [world units].
+    pub radius: f32,
+}
+
+fn up() -> [f32; 3] {
+    [0.0, 1.0, 0.0]
+}
+
+fn fov_y_deg() -> f32 {
+    60.0
+}
+
+fn far() -> f32 {
+    f32::INFINITY
+}
+
+fn is_infinite(far: &f32) -> bool {
+    far.is_infinite()
+}
+
+/// JSON has no infinity: an absent or null `far` is infinite.
+mod far_or_infinite {
+    use serde::{Deserialize, Deserializer, Serializer};
+
+    pub(super) fn serialize<S: Serializer>(far: &f32, s: S) -> Result<S::Ok, S::Error> {
+        s.serialize_f32(*far)
+    }
+
+    pub(super) fn deserialize<'d, D: Deserializer<'d>>(d: D) -> Result<f32, D::Error> {
+        Ok(Option::<f32>::deserialize(d)?.unwrap_or(f32::INFINITY))
+    }
+}
+
+impl View {
+    /// Reads a view from a JSON file; unknown fields are ignored.
+    ///
+    /// # Errors
+    /// When the file cannot be read, is no such JSON, or holds a camera or radius out of range.
+    pub fn load(path: &Path) -> Result<Self> {
+        let text = std::fs::read(path).map_err(Error::io(path))?;
+        let view: Self = serde_json::from_slice(&text)
+            .map_err(|e| Error::file(path, "a view (JSON with eye, target, width, height, radius)", e))?;
+        view.camera().map_err(Error::in_file(path))?;
+        view.params().map_err(Error::in_file(path))?;
+        Ok(view)
+    }
+
+    /// The camera.
+    ///
+    /// # Errors
+    /// When a value is out of range.
+    pub fn camera(&self) -> aonet::Result<Camera> {
+        if self.far.is_nan() || self.far <= self.near {
+            return Err(aonet::Error::value("view far", format!("a distance above near = {}", self.near), self.far));
+        }
+        let projection = match self.ortho_height {
+            Some(height) => Projection::Orthographic { height },
+            None => Projection::Perspective { fov_y: self.fov_y_deg.to_radians() },
+        };
+        let placed = (Vec3::from(self.eye), Vec3::from(self.target), Vec3::from(self.up));
+        Camera::look_at(placed, projection, (self.width, self.height), self.near)
+    }
+
+    /// The AO parameters.
+    ///
+    /// # Errors
+    /// When the radius is not finite or not above zero.
+    pub fn params(&self) -> aonet::Result<AoParams> {
+        AoParams::new(self.radius)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn far_is_optional_and_survives_a_round_trip() {
+        let json = r#"{"eye":[0,0,3],"target":[0,0,0],"width":4,"height":3,"radius":0.5}"#;
+        let view: View = serde_json::from_str(json).unwrap();
+        assert_eq!(view.far, f32::INFINITY);
+        let again: View = serde_json::from_str(&serde_json::to_string(&view).unwrap()).unwrap();
+        assert_eq!(view, again);
+    }
+
+    #[test]
+    fn a_radius_of_zero_is_named_with_its_file() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("v.json");
+        std::fs::write(&path, r#"{"eye":[0,0,3],"target":[0,0,0],"width":4,"height":3,"radius":0}"#).unwrap();
+        let message = View::load(&path).unwrap_err().to_string();
+        assert!(message.contains("v.json") && message.contains("radius"), "{message}");
+    }
+}
