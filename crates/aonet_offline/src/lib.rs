@@ -7,6 +7,8 @@ pub mod gbuffer;
 pub mod reference;
 pub mod scene;
 pub mod trace;
+#[cfg(feature = "train")]
+pub mod train;
 pub mod view;
 
 pub use error::{Error, Result};
