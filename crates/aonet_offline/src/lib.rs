@@ -1,7 +1,9 @@
 //! What needs a scene, a disk or a gradient: scenes, ray-traced reference, frames, datasets,
 //! evaluation and training. Data flows one way: scene -> G-buffer -> AO -> table.
 
+pub mod atomic_file;
 pub mod error;
+mod exr_file;
 pub mod frame;
 pub mod gbuffer;
 pub mod reference;
