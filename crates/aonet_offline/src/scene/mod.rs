@@ -1,7 +1,10 @@
 //! A scene is one indexed triangle mesh in world space: all that ambient occlusion asks of it.
 
 pub mod gltf;
+pub mod normals;
 pub mod procedural;
+
+pub use normals::MissingNormals;
 
 use crate::error::{Error, Result};
 use glam::Vec3;
