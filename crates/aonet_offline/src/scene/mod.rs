@@ -1,6 +1,7 @@
 //! A scene is one indexed triangle mesh in world space: all that ambient occlusion asks of it.
 
 pub mod gltf;
+pub mod ground;
 pub mod normals;
 pub mod procedural;
 
