@@ -4,8 +4,10 @@ pub mod gltf;
 pub mod ground;
 pub mod normals;
 pub mod procedural;
+pub mod source;
 
 pub use normals::MissingNormals;
+pub use source::SceneSource;
 
 use crate::error::{Error, Result};
 use glam::Vec3;
