@@ -1,0 +1,94 @@
+//! Whether a view is one that a person would keep, by what its G-buffer shows.
+
+use crate::gbuffer::Surface;
+use aonet::GBuffer;
+
+/// Why a view is not kept.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Flaw {
+    /// No eye was found: nothing to stand on, or nothing of the scene in sight.
+    Nowhere,
+    /// Mostly background.
+    Empty,
+    /// The camera is inside something solid: it sees backs.
+    Inside,
+    /// Something fills the image from very near.
+    Blocked,
+    /// A bare wall: neither depth nor normals change.
+    Bare,
+}
+
+impl Flaw {
+    /// All flaws, in the order in which they are looked for.
+    pub const ALL: [Self; 5] = [Self::Nowhere, Self::Empty, Self::Inside, Self::Blocked, Self::Bare];
+
+    /// A few words for a report.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Nowhere => "nowhere to stand",
+            Self::Empty => "mostly background",
+            Self::Inside => "inside something",
+            Self::Blocked => "a wall in the face",
+            Self::Bare => "nothing to see",
+        }
+    }
+}
+
+/// What is asked of a view. guess: set by eye on contact sheets of 101 scenes.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Taste {
+    /// Largest share of background pixels.
+    pub background: f32,
+    /// Largest share of foreground pixels that show the back of their triangle.
+    pub backface: f32,
+    /// Smallest median depth, in radii of the scene.
+    pub median_depth: f32,
+    /// Depth below which a pixel is near, in median depths.
+    pub near: f32,
+    /// Largest share of near pixels.
+    pub near_share: f32,
+    /// Smallest share of foreground pixels at an edge of depth or normal, in an image 96 pixels wide.
+    pub edges: f32,
+}
+
+/// Checks a small view of a scene whose bounding sphere has the given radius [world units]; gives the
+/// median depth [world units].
+pub(super) fn judge(surface: &Surface, scene_radius: f32, taste: &Taste) -> Result<f32, Flaw> {
+    let gbuffer = &surface.gbuffer;
+    let mut depth: Vec<f32> = gbuffer.depth().iter().copied().filter(|d| d.is_finite()).collect();
+    let pixels = gbuffer.depth().len() as f32;
+    let foreground = depth.len() as f32;
+    if pixels - foreground > taste.background * pixels {
+        return Err(Flaw::Empty);
+    }
+    let backs = surface.backface.iter().filter(|&&b| b).count() as f32;
+    if backs > taste.backface * foreground {
+        return Err(Flaw::Inside);
+    }
+    depth.sort_unstable_by(f32::total_cmp);
+    let median = depth[depth.len() / 2];
+    let near = depth.partition_point(|&d| d < taste.near * median) as f32;
+    if median < taste.median_depth * scene_radius || near > taste.near_share * pixels {
+        return Err(Flaw::Blocked);
+    }
+    if edges(gbuffer) < taste.edges * foreground {
+        return Err(Flaw::Bare);
+    }
+    Ok(median)
+}
+
+/// Number of foreground pixels whose right or lower neighbour is another surface: its depth is off by a
+/// twentieth, or its normal by 25 degrees.
+fn edges(gbuffer: &GBuffer) -> f32 {
+    let (width, height) = (gbuffer.width(), gbuffer.height());
+    let differs = |a: usize, b: usize| {
+        let (da, db) = (gbuffer.depth()[a], gbuffer.depth()[b]);
+        let dot: f32 = gbuffer.normal()[a].iter().zip(gbuffer.normal()[b]).map(|(x, y)| x * y).sum();
+        (da - db).abs() > 0.05 * da.min(db) || dot < 0.9
+    };
+    let edge = |i: usize| {
+        let (x, y) = (i % width, i / width);
+        (x + 1 < width && differs(i, i + 1)) || (y + 1 < height && differs(i, i + width))
+    };
+    (0..width * height).filter(|&i| gbuffer.is_foreground(i) && edge(i)).count() as f32
+}
