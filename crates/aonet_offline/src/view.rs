@@ -85,7 +85,11 @@ impl View {
     /// When a value is out of range.
     pub fn camera(&self) -> aonet::Result<Camera> {
         if self.far.is_nan() || self.far <= self.near {
-            return Err(aonet::Error::value("view far", format!("a distance above near = {}", self.near), self.far));
+            return Err(aonet::Error::value(
+                "view far",
+                format!("a distance above near = {}", self.near),
+                self.far,
+            ));
         }
         let projection = match self.ortho_height {
             Some(height) => Projection::Orthographic { height },

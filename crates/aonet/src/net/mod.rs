@@ -1,1 +1,17 @@
-//! The network as a value: [`config`] builds a [`graph`], backends interpret it.
+//! The network as a value: a [`ModelConfig`] builds a [`Graph`] once; the backends interpret it.
+//!
+//! [`naive`] is the oracle: plain loops, no tricks. [`cpu`] is the runtime. Both give the same image.
+
+pub mod arch;
+pub mod config;
+pub mod cpu;
+pub mod features;
+pub mod graph;
+pub mod model;
+pub mod naive;
+pub mod weights;
+
+pub use config::{Arch, Features, KernelWeights, ModelConfig};
+pub use graph::{Activation, Graph, Node, Op, ParamSpec, ValueId};
+pub use model::{Model, TrainingFacts};
+pub use weights::{Tensor, Weights};

@@ -46,7 +46,8 @@ impl Scene {
     /// # Errors
     /// Names the scene and the first thing that is wrong.
     pub fn checked(self) -> Result<Self> {
-        let wrong = |expected: &str, found: String| Error::request(format!("scene {}", self.name), expected, found);
+        let wrong =
+            |expected: &str, found: String| Error::request(format!("scene {}", self.name), expected, found);
         if self.triangle.is_empty() {
             return Err(wrong("at least one triangle", "none".into()));
         }
@@ -62,7 +63,10 @@ impl Scene {
         }
         let n = self.position.len() as u32;
         if let Some(t) = self.triangle.iter().position(|t| t.iter().any(|&i| i >= n)) {
-            return Err(wrong(&format!("indices below {n}"), format!("{:?} in triangle {t}", self.triangle[t])));
+            return Err(wrong(
+                &format!("indices below {n}"),
+                format!("{:?} in triangle {t}", self.triangle[t]),
+            ));
         }
         Ok(self)
     }

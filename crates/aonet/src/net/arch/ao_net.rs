@@ -1,0 +1,48 @@
+//! AO-Net §3.2–3.3: a U-Net over patches whose head predicts kernels over the normals.
+
+use crate::net::config::{KernelWeights, ModelConfig};
+use crate::net::graph::{Activation, Graph, Op, TAPS, ValueId};
+
+/// Builds the graph of a checked configuration.
+pub(crate) fn build(config: &ModelConfig) -> Graph {
+    let (mut graph, input) = Graph::with_input(config.features.channels());
+    let patch = config.patch;
+    let mut x = if patch > 1 { graph.push(Op::PatchPartition { input, patch }, 0) } else { input };
+    let mut skips = Vec::new();
+    for (level, &channels) in config.encoder.iter().enumerate() {
+        if level > 0 {
+            skips.push(x);
+            x = graph.push(Op::AvgPool2 { input: x }, 0);
+        }
+        x = double_conv(&mut graph, x, &format!("enc{level}"), channels);
+    }
+    for (i, &channels) in config.decoder.iter().enumerate() {
+        let level = config.decoder.len() - 1 - i;
+        let up = graph.push(Op::Upsample2 { input: x }, 0);
+        x = graph.push(Op::Concat { first: up, second: skips[level] }, 0);
+        x = double_conv(&mut graph, x, &format!("dec{level}"), channels);
+    }
+    match config.kernel {
+        KernelWeights::Off => {
+            let x = conv(&mut graph, x, ("head", 1, Activation::Linear), patch * patch);
+            if patch > 1 {
+                graph.push(Op::PatchMerge { input: x, patch }, 0);
+            }
+        }
+        weights @ (KernelWeights::Linear | KernelWeights::Softmax) => {
+            let kernels = conv(&mut graph, x, ("head", 1, Activation::Linear), patch * patch * TAPS);
+            graph.push(Op::KernelPredict { kernels, guide: input, patch, weights }, 0);
+        }
+    }
+    graph
+}
+
+fn double_conv(graph: &mut Graph, input: ValueId, name: &str, channels: usize) -> ValueId {
+    let x = conv(graph, input, (&format!("{name}.conv0"), 3, Activation::LeakyRelu), channels);
+    conv(graph, x, (&format!("{name}.conv1"), 3, Activation::LeakyRelu), channels)
+}
+
+fn conv(graph: &mut Graph, input: ValueId, of: (&str, usize, Activation), channels: usize) -> ValueId {
+    let (name, size, activation) = of;
+    graph.push(Op::Conv { input, name: name.to_owned(), size, activation }, channels)
+}

@@ -1,0 +1,3 @@
+//! Topologies: each builds a graph from a configuration.
+
+pub(crate) mod ao_net;

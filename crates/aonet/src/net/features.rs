@@ -1,0 +1,165 @@
+//! Input channels of the network from a G-buffer. AO-Net §3.1.
+
+use crate::ao_image::AoParams;
+use crate::gbuffer::GBuffer;
+use crate::net::config::Features;
+
+/// Range of the projected radius that the network tells apart, log2 [px]: 1/16 px to 65536 px.
+/// Background is infinitely far and gets the lower end.
+const LOG2_PX_RANGE: (f32, f32) = (-4.0, 16.0);
+
+/// The projected radius is shown as (log2(px) - 5) / 4: near zero mean, near unit spread for radii of 2 to
+/// 512 px. guess: the first convolution can rescale it.
+const LOG2_PX_MEAN: f32 = 5.0;
+const LOG2_PX_SCALE: f32 = 0.25;
+
+/// Writes CxHxW features, rows of length `row` >= width, planes of `plane` values; the rest of `out` is left alone.
+///
+/// The normal comes first (zero on the background); the fourth channel is, by [`Features`]:
+/// depth (0 on the background), depth scaled to [0, 1] (1 on the background), or
+/// (log2(radius * focal_px / depth) - 5) / 4.
+///
+/// # Panics
+/// When `out` is too short for the planes.
+pub fn write_features(
+    features: Features,
+    (gbuffer, params): (&GBuffer, AoParams),
+    out: &mut [f32],
+    (row, plane): (usize, usize),
+) {
+    let (width, height) = (gbuffer.width(), gbuffer.height());
+    for y in 0..height {
+        let normals = &gbuffer.normal()[y * width..][..width];
+        for c in 0..3 {
+            let line = &mut out[c * plane + y * row..][..width];
+            for (value, n) in line.iter_mut().zip(normals) {
+                *value = n[c];
+            }
+        }
+    }
+    if features.channels() < 4 {
+        return;
+    }
+    let scale = FourthChannel::new(features, gbuffer, params);
+    for y in 0..height {
+        let depths = &gbuffer.depth()[y * width..][..width];
+        let line = &mut out[3 * plane + y * row..][..width];
+        for (value, &depth) in line.iter_mut().zip(depths) {
+            *value = scale.of(depth);
+        }
+    }
+}
+
+enum FourthChannel {
+    Depth,
+    Normalized { near: f32, inverse_range: f32 },
+    ProjectedRadius { log2_radius_px_at_1: f32, perspective: bool },
+}
+
+impl FourthChannel {
+    fn new(features: Features, gbuffer: &GBuffer, params: AoParams) -> Self {
+        match features {
+            Features::Normal | Features::NormalDepth => Self::Depth,
+            Features::NormalDepthNormalized => {
+                let finite = gbuffer.depth().iter().copied().filter(|d| d.is_finite());
+                let (near, far) = finite.fold((f32::INFINITY, 0f32), |(a, b), d| (a.min(d), b.max(d)));
+                Self::Normalized { near, inverse_range: 1.0 / (far - near).max(f32::MIN_POSITIVE) }
+            }
+            Features::NormalProjectedRadius => {
+                let camera = gbuffer.camera();
+                let perspective = matches!(camera.projection, crate::Projection::Perspective { .. });
+                Self::ProjectedRadius {
+                    log2_radius_px_at_1: camera.projected_px(params.radius, 1.0).log2(),
+                    perspective,
+                }
+            }
+        }
+    }
+
+    fn of(&self, depth: f32) -> f32 {
+        let background = depth == f32::INFINITY;
+        match *self {
+            Self::Depth if background => 0.0,
+            Self::Depth => depth,
+            Self::Normalized { .. } if background => 1.0,
+            Self::Normalized { near, inverse_range } => (depth - near) * inverse_range,
+            Self::ProjectedRadius { log2_radius_px_at_1, perspective } => {
+                let log2_depth = if perspective || background { depth.log2() } else { 0.0 };
+                let (low, high) = LOG2_PX_RANGE;
+                ((log2_radius_px_at_1 - log2_depth).clamp(low, high) - LOG2_PX_MEAN) * LOG2_PX_SCALE
+            }
+        }
+    }
+}
+
+/// Repeats the last column and row of every `height` x `width` plane up to `plane / row` x `row`.
+pub(crate) fn repeat_edge(planes: &mut [f32], (width, height): (usize, usize), (row, plane): (usize, usize)) {
+    for image in planes.chunks_exact_mut(plane) {
+        for line in image.chunks_exact_mut(row).take(height) {
+            let last = line[width - 1];
+            line[width..].fill(last);
+        }
+        let (done, rest) = image.split_at_mut(height * row);
+        let last = &done[(height - 1) * row..];
+        for line in rest.chunks_exact_mut(row) {
+            line.copy_from_slice(last);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Camera, Projection};
+    use glam::Vec3;
+
+    fn frame(projection: Projection, depth: Vec<f32>) -> GBuffer {
+        let size = (depth.len(), 1);
+        let camera = Camera::look_at((Vec3::ZERO, -Vec3::Z, Vec3::Y), projection, size, 0.0).unwrap();
+        let normal = vec![[0.0, 0.0, 1.0]; depth.len()];
+        GBuffer::new(camera, depth, normal).unwrap()
+    }
+
+    fn fourth(features: Features, gbuffer: &GBuffer, radius: f32) -> Vec<f32> {
+        let n = gbuffer.width();
+        let mut out = vec![9.0; 4 * n];
+        write_features(features, (gbuffer, AoParams { radius }), &mut out, (n, n));
+        out.split_off(3 * n)
+    }
+
+    #[test]
+    fn projected_radius_does_not_depend_on_the_unit() {
+        let fov = Projection::Perspective { fov_y: 1.0 };
+        let metres = fourth(Features::NormalProjectedRadius, &frame(fov, vec![1.0, 2.0, f32::INFINITY]), 0.5);
+        let inches = fourth(
+            Features::NormalProjectedRadius,
+            &frame(fov, vec![39.37, 78.74, f32::INFINITY]),
+            0.5 * 39.37,
+        );
+        for (a, b) in metres.iter().zip(&inches) {
+            assert!((a - b).abs() < 1e-5, "{metres:?} {inches:?}");
+        }
+        assert!((metres[0] - metres[1] - 0.25).abs() < 1e-6, "doubling the depth halves the radius");
+        assert_eq!(metres[2], -2.25);
+        let flat = fourth(
+            Features::NormalProjectedRadius,
+            &frame(Projection::Orthographic { height: 1.0 }, vec![1.0, 9.0]),
+            0.5,
+        );
+        assert_eq!(flat[0], flat[1]);
+    }
+
+    #[test]
+    fn normalised_depth_spans_zero_to_one() {
+        let g = frame(Projection::Perspective { fov_y: 1.0 }, vec![3.0, 5.0, 4.0, f32::INFINITY]);
+        assert_eq!(fourth(Features::NormalDepthNormalized, &g, 1.0), [0.0, 1.0, 0.5, 1.0]);
+        assert_eq!(fourth(Features::NormalDepth, &g, 1.0), [3.0, 5.0, 4.0, 0.0]);
+    }
+
+    #[test]
+    fn edges_repeat() {
+        let mut plane = vec![1.0, 2.0, 0.0, 3.0, 4.0, 0.0, 0.0, 0.0, 0.0];
+        repeat_edge(&mut plane, (2, 2), (3, 9));
+        assert_eq!(plane, [1.0, 2.0, 2.0, 3.0, 4.0, 4.0, 3.0, 4.0, 4.0]);
+    }
+}

@@ -1,0 +1,268 @@
+//! A network as a list of operations in SSA order. Topology and shapes are computed here and nowhere else.
+
+use crate::error::Result;
+use crate::net::arch;
+use crate::net::config::{Arch, KernelWeights, ModelConfig};
+
+/// Index of a [`Node`] and of the tensor that it produces.
+pub type ValueId = usize;
+
+/// Side of the kernel window [px]. AO-Net §3.3.
+pub const WINDOW: usize = 4;
+
+/// Offset of the first tap from the pixel [px]: a 4x4 window has no centre, ours covers -1..=2.
+pub const FIRST_TAP: isize = -1;
+
+/// Number of channels that kernels weigh: the normal.
+pub const GUIDE_CHANNELS: usize = 3;
+
+/// Kernel weights per pixel.
+pub const TAPS: usize = WINDOW * WINDOW * GUIDE_CHANNELS;
+
+/// Slope of LeakyReLU below zero.
+pub const LEAKY_SLOPE: f32 = 0.01;
+
+/// What follows a convolution.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Activation {
+    /// Nothing.
+    Linear,
+    /// max(x, [`LEAKY_SLOPE`] x).
+    LeakyRelu,
+}
+
+/// One operation. Tensors are CxHxW, row-major; images repeat their edge beyond the border.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Op {
+    /// The features of the frame; the first three channels are the view-space normal.
+    Input,
+    /// Squares of `patch` x `patch` pixels become channels: channel `c * patch² + dy * patch + dx`.
+    PatchPartition {
+        /// CxHxW.
+        input: ValueId,
+        /// Side [px].
+        patch: usize,
+    },
+    /// The inverse of `PatchPartition`.
+    PatchMerge {
+        /// C·patch² x H x W.
+        input: ValueId,
+        /// Side [px].
+        patch: usize,
+    },
+    /// `size` x `size` convolution with bias; parameters `{name}.weight` (OIHW) and `{name}.bias` (O).
+    Conv {
+        /// CxHxW.
+        input: ValueId,
+        /// Prefix of the parameter names.
+        name: String,
+        /// Side of the filter: 1 or 3.
+        size: usize,
+        /// What follows.
+        activation: Activation,
+    },
+    /// Mean of 2x2 pixels.
+    AvgPool2 {
+        /// CxHxW.
+        input: ValueId,
+    },
+    /// Bilinear upsampling by two, pixel centres at half-integers.
+    Upsample2 {
+        /// CxHxW.
+        input: ValueId,
+    },
+    /// Channels of `first`, then channels of `second`.
+    Concat {
+        /// CxHxW.
+        first: ValueId,
+        /// DxHxW.
+        second: ValueId,
+    },
+    /// Weighs the 4x4 neighbourhood of the normals of every pixel: AO-Net Eq. 2.
+    /// Kernel channel `((dy * patch + dx) * 16 + ky * 4 + kx) * 3 + c` of the patch's cell belongs to pixel
+    /// (dy, dx) of the patch, tap (ky, kx) at offset -1..=2, normal component c. Produces 1 x pH x pW.
+    KernelPredict {
+        /// patch²·48 x H x W.
+        kernels: ValueId,
+        /// The value whose first three channels are weighed; pH x pW.
+        guide: ValueId,
+        /// Side [px].
+        patch: usize,
+        /// Linear or softmax; never `Off`.
+        weights: KernelWeights,
+    },
+}
+
+/// An operation and the shape of what it produces.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Node {
+    /// The operation.
+    pub op: Op,
+    /// Channels of the result.
+    pub channels: usize,
+    /// The result has one cell for `stride` x `stride` input pixels.
+    pub stride: usize,
+}
+
+/// Name and shape of one parameter tensor.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ParamSpec {
+    /// Unique name, such as `enc0.conv1.weight`.
+    pub name: String,
+    /// OIHW for weights, O for biases.
+    pub shape: Vec<usize>,
+}
+
+/// Operations in SSA order; the last one is the output, 1xHxW visibility before clamping.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Graph {
+    nodes: Vec<Node>,
+}
+
+impl Graph {
+    /// The graph of a configuration.
+    ///
+    /// # Errors
+    /// When the configuration is out of range.
+    pub fn new(config: &ModelConfig) -> Result<Self> {
+        let config = config.clone().checked()?;
+        Ok(match config.arch {
+            Arch::AoNet => arch::ao_net::build(&config),
+        })
+    }
+
+    /// An empty graph with an input of `channels` channels; for `arch`.
+    pub(crate) fn with_input(channels: usize) -> (Self, ValueId) {
+        (Self { nodes: vec![Node { op: Op::Input, channels, stride: 1 }] }, 0)
+    }
+
+    /// Appends an operation and computes its shape; for `arch`.
+    pub(crate) fn push(&mut self, op: Op, conv_channels: usize) -> ValueId {
+        let of = |v: ValueId| (self.nodes[v].channels, self.nodes[v].stride);
+        let (channels, stride) = match &op {
+            Op::Input => unreachable!("a graph has one input"),
+            Op::PatchPartition { input, patch } => (of(*input).0 * patch * patch, of(*input).1 * patch),
+            Op::PatchMerge { input, patch } => (of(*input).0 / (patch * patch), of(*input).1 / patch),
+            Op::Conv { input, .. } => (conv_channels, of(*input).1),
+            Op::AvgPool2 { input } => (of(*input).0, of(*input).1 * 2),
+            Op::Upsample2 { input } => (of(*input).0, of(*input).1 / 2),
+            Op::Concat { first, second } => (of(*first).0 + of(*second).0, of(*first).1),
+            Op::KernelPredict { kernels, patch, .. } => (1, of(*kernels).1 / patch),
+        };
+        self.nodes.push(Node { op, channels, stride });
+        self.nodes.len() - 1
+    }
+
+    /// The operations.
+    pub fn nodes(&self) -> &[Node] {
+        &self.nodes
+    }
+
+    /// The value that holds the visibility.
+    pub fn output(&self) -> ValueId {
+        self.nodes.len() - 1
+    }
+
+    /// Width and height must be multiples of this [px]; runtimes pad by repeating the edge.
+    pub fn alignment(&self) -> usize {
+        self.nodes.iter().map(|n| n.stride).max().unwrap_or(1)
+    }
+
+    /// Every parameter tensor, in graph order: the exact contract of a weights file.
+    pub fn params(&self) -> Vec<ParamSpec> {
+        let mut params = Vec::new();
+        for node in &self.nodes {
+            if let Op::Conv { input, name, size, .. } = &node.op {
+                let shape = vec![node.channels, self.nodes[*input].channels, *size, *size];
+                params.push(ParamSpec { name: format!("{name}.weight"), shape });
+                params.push(ParamSpec { name: format!("{name}.bias"), shape: vec![node.channels] });
+            }
+        }
+        params
+    }
+
+    /// Number of scalar parameters.
+    pub fn params_count(&self) -> usize {
+        self.params().iter().map(|p| p.shape.iter().product::<usize>()).sum()
+    }
+
+    /// Multiply-accumulates per input pixel, convolutions and kernels.
+    pub fn macs_per_pixel(&self) -> f64 {
+        let macs = |node: &Node| match &node.op {
+            Op::Conv { input, size, .. } => {
+                (node.channels * self.nodes[*input].channels * size * size) as f64
+                    / (node.stride * node.stride) as f64
+            }
+            Op::KernelPredict { .. } => TAPS as f64,
+            Op::Input
+            | Op::PatchPartition { .. }
+            | Op::PatchMerge { .. }
+            | Op::AvgPool2 { .. }
+            | Op::Upsample2 { .. }
+            | Op::Concat { .. } => 0.0,
+        };
+        self.nodes.iter().map(macs).sum()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_papers_network_has_the_sizes_worked_out_by_hand() {
+        let graph = Graph::new(&ModelConfig::paper()).unwrap();
+        assert_eq!(graph.alignment(), 32);
+        let last = &graph.nodes()[graph.output()];
+        assert_eq!((last.channels, last.stride), (1, 1));
+        let conv = |i: usize, o: usize| i * o * 9 + o;
+        let expected = conv(48, 32)
+            + conv(32, 32)
+            + conv(32, 48)
+            + conv(48, 48)
+            + conv(48, 64)
+            + conv(64, 64)
+            + conv(64, 96)
+            + conv(96, 96)
+            + conv(160, 64)
+            + conv(64, 64)
+            + conv(112, 48)
+            + conv(48, 48)
+            + conv(80, 32)
+            + conv(32, 32)
+            + 32 * 768
+            + 768;
+        assert_eq!(graph.params_count(), expected);
+        assert!(graph.params_count() * 2 < 1_500_000, "half floats must stay under the paper's 1.5 MB");
+    }
+
+    #[test]
+    fn all_four_rows_of_table_4_are_configs() {
+        for patch in [1, 4] {
+            for kernel in [KernelWeights::Off, KernelWeights::Linear, KernelWeights::Softmax] {
+                let config = ModelConfig { patch, kernel, ..ModelConfig::paper() };
+                let graph = Graph::new(&config).unwrap();
+                let last = &graph.nodes()[graph.output()];
+                assert_eq!((last.channels, last.stride), (1, 1), "{config:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn parameter_names_are_unique() {
+        let params = Graph::new(&ModelConfig::any_radius()).unwrap().params();
+        let names: std::collections::BTreeSet<_> = params.iter().map(|p| &p.name).collect();
+        assert_eq!(names.len(), params.len());
+    }
+
+    #[test]
+    fn bad_configs_are_refused_by_field() {
+        let error = |c: ModelConfig| Graph::new(&c).unwrap_err().to_string();
+        assert!(error(ModelConfig { patch: 3, ..ModelConfig::paper() }).contains("patch"));
+        assert!(error(ModelConfig { encoder: vec![], ..ModelConfig::paper() }).contains("encoder"));
+        assert!(error(ModelConfig { decoder: vec![8], ..ModelConfig::paper() }).contains("decoder"));
+        assert!(
+            error(ModelConfig { encoder: vec![32, 48, 64, 0], ..ModelConfig::paper() }).contains("widths")
+        );
+    }
+}

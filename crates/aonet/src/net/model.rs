@@ -1,0 +1,218 @@
+//! A configuration, its graph and weights that fit: the only road to a session.
+
+use crate::error::{Error, Result};
+use crate::net::config::ModelConfig;
+use crate::net::graph::Graph;
+use crate::net::weights::{Tensor, Weights};
+use half::f16;
+use safetensors::tensor::{Dtype, SafeTensors, TensorView};
+use serde::{Deserialize, Serialize};
+use std::collections::{BTreeMap, HashMap};
+
+/// Version of the metadata in a weights file.
+const FORMAT: u32 = 1;
+/// Metadata key that holds our JSON.
+const KEY: &str = "aonet";
+
+/// What is known about how a model came to be. All of it is told, none of it is trusted.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(default)]
+pub struct TrainingFacts {
+    /// Name or preset of the dataset, with its size.
+    pub dataset: String,
+    /// How the AO radius of the training frames was chosen.
+    pub radius: String,
+    /// Mean visibility of the training frames: the constant image that every model must beat.
+    pub mean_visibility: Option<f32>,
+    /// The training command.
+    pub command: String,
+    /// The version of the code.
+    pub commit: String,
+    /// Optimiser steps.
+    pub steps: u64,
+    /// Frames trained on.
+    pub train_frames: u64,
+    /// Metrics on validation frames, by name.
+    pub validation: BTreeMap<String, f64>,
+}
+
+/// A network that can run.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Model {
+    config: ModelConfig,
+    graph: Graph,
+    weights: Weights,
+    facts: TrainingFacts,
+}
+
+/// Number format of a weights file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Precision {
+    /// 32-bit floats.
+    F32,
+    /// 16-bit floats: half the size.
+    F16,
+}
+
+#[derive(Serialize, Deserialize)]
+struct Metadata {
+    format: u32,
+    config: ModelConfig,
+    #[serde(default)]
+    facts: TrainingFacts,
+}
+
+impl Model {
+    /// A model from its parts.
+    ///
+    /// # Errors
+    /// When the configuration is out of range or the weights do not fit it.
+    pub fn new(config: ModelConfig, weights: Weights, facts: TrainingFacts) -> Result<Self> {
+        let graph = Graph::new(&config)?;
+        let weights = Weights::new(&graph, weights.tensors().clone())?;
+        Ok(Self { config, graph, weights, facts })
+    }
+
+    /// Reads a safetensors file that [`Model::to_bytes`] wrote, f32 or f16.
+    ///
+    /// # Errors
+    /// When the bytes are no such file, or the tensors are not exactly those of the configuration.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self> {
+        let wrong = |found: String| Error::format("weights file", "safetensors with aonet metadata", found);
+        let (_, header) = SafeTensors::read_metadata(bytes).map_err(|e| wrong(e.to_string()))?;
+        let json = header
+            .metadata()
+            .as_ref()
+            .and_then(|m| m.get(KEY))
+            .ok_or_else(|| wrong("no aonet metadata".into()))?;
+        let format =
+            serde_json::from_str::<serde_json::Value>(json).ok().and_then(|v| v.get("format")?.as_u64());
+        if format != Some(FORMAT.into()) {
+            return Err(Error::format("weights file", format!("format {FORMAT}"), format!("{format:?}")));
+        }
+        let metadata: Metadata = serde_json::from_str(json).map_err(|e| wrong(e.to_string()))?;
+        let file = SafeTensors::deserialize(bytes).map_err(|e| wrong(e.to_string()))?;
+        let mut tensors = BTreeMap::new();
+        for (name, view) in file.iter() {
+            tensors.insert(
+                name.to_owned(),
+                Tensor { shape: view.shape().to_vec(), values: values_of(name, &view)? },
+            );
+        }
+        let graph = Graph::new(&metadata.config)?;
+        let weights = Weights::new(&graph, tensors)?;
+        Ok(Self { config: metadata.config, graph, weights, facts: metadata.facts })
+    }
+
+    /// The model as a safetensors file. Equal models give equal bytes.
+    ///
+    /// # Errors
+    /// When a weight does not fit the precision.
+    pub fn to_bytes(&self, precision: Precision) -> Result<Vec<u8>> {
+        let metadata = Metadata { format: FORMAT, config: self.config.clone(), facts: self.facts.clone() };
+        let json = serde_json::to_string(&metadata).map_err(|e| Error::format("metadata", "JSON", e))?;
+        let mut encoded = Vec::new();
+        for (name, tensor) in self.weights.tensors() {
+            let (dtype, bytes): (Dtype, Vec<u8>) = match precision {
+                Precision::F32 => (Dtype::F32, tensor.values.iter().flat_map(|v| v.to_le_bytes()).collect()),
+                Precision::F16 => {
+                    (Dtype::F16, tensor.values.iter().flat_map(|v| f16::from_f32(*v).to_le_bytes()).collect())
+                }
+            };
+            if precision == Precision::F16 && tensor.values.iter().any(|v| f16::from_f32(*v).is_infinite()) {
+                return Err(Error::weights(name, "values within half-float range", "a larger one"));
+            }
+            encoded.push((name, dtype, tensor.shape.clone(), bytes));
+        }
+        let views = encoded.iter().map(|(name, dtype, shape, bytes)| {
+            TensorView::new(*dtype, shape.clone(), bytes).map(|view| (name.as_str(), view))
+        });
+        let wrong =
+            |e: safetensors::SafeTensorError| Error::format("weights", "tensors that fit in a file", e);
+        let views = views.collect::<std::result::Result<Vec<_>, _>>().map_err(wrong)?;
+        safetensors::serialize(views, Some(HashMap::from([(KEY.to_owned(), json)]))).map_err(wrong)
+    }
+
+    /// What the network is.
+    pub fn config(&self) -> &ModelConfig {
+        &self.config
+    }
+
+    /// Its operations.
+    pub fn graph(&self) -> &Graph {
+        &self.graph
+    }
+
+    /// Its parameters.
+    pub fn weights(&self) -> &Weights {
+        &self.weights
+    }
+
+    /// How it came to be.
+    pub fn facts(&self) -> &TrainingFacts {
+        &self.facts
+    }
+}
+
+fn values_of(name: &str, view: &TensorView<'_>) -> Result<Vec<f32>> {
+    match view.dtype() {
+        Dtype::F32 => {
+            Ok(view.data().chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect())
+        }
+        Dtype::F16 => {
+            Ok(view.data().chunks_exact(2).map(|b| f16::from_le_bytes([b[0], b[1]]).to_f32()).collect())
+        }
+        other => Err(Error::weights(name, "f32 or f16 values", format!("{other:?}"))),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn model() -> Model {
+        let config = ModelConfig { encoder: vec![4, 6], decoder: vec![5], ..ModelConfig::any_radius() };
+        let weights = Weights::init(&Graph::new(&config).unwrap(), 7);
+        let facts = TrainingFacts { steps: 3, mean_visibility: Some(0.75), ..TrainingFacts::default() };
+        Model::new(config, weights, facts).unwrap()
+    }
+
+    #[test]
+    fn files_round_trip() {
+        let model = model();
+        assert_eq!(Model::from_bytes(&model.to_bytes(Precision::F32).unwrap()).unwrap(), model);
+        let half = Model::from_bytes(&model.to_bytes(Precision::F16).unwrap()).unwrap();
+        assert_eq!(half.weights(), &model.weights().clone().rounded_to_half());
+        assert_ne!(half.weights(), model.weights());
+    }
+
+    #[test]
+    fn equal_models_give_equal_bytes() {
+        assert_eq!(model().to_bytes(Precision::F16).unwrap(), model().to_bytes(Precision::F16).unwrap());
+    }
+
+    #[test]
+    fn every_truncation_is_an_error() {
+        let bytes = model().to_bytes(Precision::F16).unwrap();
+        for end in (0..bytes.len()).step_by(7) {
+            assert!(Model::from_bytes(&bytes[..end]).is_err(), "{end} of {} bytes", bytes.len());
+        }
+    }
+
+    #[test]
+    fn tensors_must_fit_exactly() {
+        let model = model();
+        let graph = model.graph();
+        let with = |change: &dyn Fn(&mut BTreeMap<String, Tensor>)| {
+            let mut tensors = model.weights().tensors().clone();
+            change(&mut tensors);
+            Weights::new(graph, tensors).unwrap_err().to_string()
+        };
+        assert!(with(&|t| drop(t.remove("head.bias"))).contains("head.bias"));
+        assert!(with(&|t| t.get_mut("head.bias").unwrap().values[0] = f32::NAN).contains("finite"));
+        assert!(with(&|t| t.get_mut("enc0.conv0.weight").unwrap().shape.swap(0, 1)).contains("shape"));
+        assert!(
+            with(&|t| drop(t.insert("x".into(), Tensor { shape: vec![0], values: vec![] }))).contains("x")
+        );
+    }
+}
