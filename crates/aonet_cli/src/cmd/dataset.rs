@@ -1,9 +1,13 @@
 //! `aonet dataset`: frames for training and evaluation.
 
 use anyhow::{Context, Result, bail};
-use aonet_offline::dataset::{self, Event, Manifest, Plan, Preset, RadiusRule, Recipe, SceneSpec, SceneSplit, Shard};
+use aonet_offline::dataset::{
+    self, Event, Manifest, Plan, Preset, RadiusRule, Recipe, SceneSpec, SceneSplit, Shard,
+};
+use aonet_offline::scene::procedural::Kind;
 use clap::{Parser, Subcommand, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
+use std::ops::Range;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;
@@ -13,7 +17,7 @@ use std::time::Instant;
 /// May be stopped at any moment and started again: complete frames are kept.
 #[derive(Debug, Parser)]
 #[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
-pub struct Args {
+pub(crate) struct Args {
     #[command(subcommand)]
     action: Option<Action>,
     #[command(flatten)]
@@ -115,7 +119,7 @@ struct Make {
 ///
 /// # Errors
 /// When a request cannot be met or a file cannot be read or written.
-pub fn run(args: Args) -> Result<()> {
+pub(crate) fn run(args: Args) -> Result<()> {
     match args.action {
         None => make(&args.make),
         Some(Action::Merge { dirs }) => {
@@ -184,14 +188,14 @@ fn scenes(make: &Make, preset: Preset) -> Result<Vec<SceneSpec>> {
     for request in &make.procedural {
         let (kind, seeds) = parse_procedural(request)?;
         for seed in seeds {
-            scenes.push(SceneSpec::procedural(kind, seed, split)?);
+            scenes.push(SceneSpec::procedural(kind, seed, split));
         }
     }
     Ok(scenes)
 }
 
 /// `KIND:3`, `KIND:0..8` or `KIND` for seed 0.
-fn parse_procedural(text: &str) -> Result<(&str, std::ops::Range<u64>)> {
+fn parse_procedural(text: &str) -> Result<(Kind, Range<u64>)> {
     let (kind, seeds) = text.split_once(':').unwrap_or((text, "0"));
     let number = |s: &str| s.parse::<u64>().with_context(|| format!("seeds of --procedural {text}: {s:?}"));
     let seeds = match seeds.split_once("..") {
@@ -201,7 +205,7 @@ fn parse_procedural(text: &str) -> Result<(&str, std::ops::Range<u64>)> {
     if seeds.is_empty() || seeds.end - seeds.start > 10_000 {
         bail!("seeds of --procedural {text}: expected 1 to 10000 seeds, found {seeds:?}");
     }
-    Ok((kind, seeds))
+    Ok((kind.parse()?, seeds))
 }
 
 fn parse_shard(text: &str) -> Result<Shard> {

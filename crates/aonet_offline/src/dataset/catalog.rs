@@ -10,7 +10,7 @@ use std::path::Path;
 const HELD_OUT: [&str; 6] =
     ["garden", "hospital_ward", "kenney_town", "penguin", "semi_truck", "egyptian_cat"];
 
-/// The scenes that a preset takes from a folder with `scenes.csv` (columns `name`, `environment`, `normals`,
+/// The scenes that a preset takes from a folder with `scenes.csv` (columns `name`, `environment`,
 /// `split` and, for the paper's preset, `core37`) and, where there is one, `cameras.csv`.
 ///
 /// # Errors
@@ -37,9 +37,8 @@ pub fn scenes(dir: &Path, preset: Preset) -> Result<Vec<SceneSpec>> {
         if !wanted {
             continue;
         }
-        let mut scene = SceneSpec::from_file(&dir.join(format!("{name}.glb")), split)?;
-        scene.set_environment(table.flag(row, "environment")?);
-        scene.set_stored_normals(table.flag(row, "normals")?);
+        let scene = SceneSpec::from_file(&dir.join(format!("{name}.glb")), split)?;
+        let mut scene = scene.with_environment(table.flag(row, "environment")?);
         scene.cameras = cameras.remove(name).unwrap_or_default();
         scenes.push(scene);
     }

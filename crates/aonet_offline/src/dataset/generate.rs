@@ -62,7 +62,12 @@ impl Summary {
 /// # Errors
 /// When `dir` holds frames of another plan, a scene cannot be read or shows nothing worth keeping, or a
 /// file cannot be written.
-pub fn generate(dir: &Path, plan: &Plan, shard: Option<Shard>, on_event: &(dyn Fn(Event) + Sync)) -> Result<Summary> {
+pub fn generate(
+    dir: &Path,
+    plan: &Plan,
+    shard: Option<Shard>,
+    on_event: &(dyn Fn(Event) + Sync),
+) -> Result<Summary> {
     let mut manifest = resume(dir, plan, shard)?;
     let jobs = plan.jobs(shard);
     let done: BTreeSet<String> = manifest.frames.iter().map(|f| f.file.clone()).collect();
@@ -80,16 +85,17 @@ pub fn generate(dir: &Path, plan: &Plan, shard: Option<Shard>, on_event: &(dyn F
 
 /// The manifest of an earlier run without the frames whose files are gone, or a new one.
 fn resume(dir: &Path, plan: &Plan, shard: Option<Shard>) -> Result<Manifest> {
-    let fresh = Manifest::new(dir, plan.clone(), shard);
+    let mut manifest = Manifest::new(dir, plan.clone(), shard);
     let path = dir.join(Manifest::file_name(shard));
     if !path.exists() {
-        return Ok(fresh);
+        return Ok(manifest);
     }
-    let mut found = Manifest::load(&path)?;
-    found.check_same(&fresh)?;
+    let found = Manifest::load(&path)?;
+    found.check_same(&manifest)?;
     let planned: BTreeSet<String> = plan.jobs(shard).into_iter().map(|j| plan.file(j)).collect();
-    found.frames.retain(|f| planned.contains(&f.file) && dir.join(&f.file).is_file());
-    Ok(Manifest { plan: plan.clone(), ..found })
+    let kept = found.frames.into_iter().filter(|f| planned.contains(&f.file) && dir.join(&f.file).is_file());
+    manifest.frames = kept.collect();
+    Ok(manifest)
 }
 
 fn scene_frames(

@@ -184,10 +184,12 @@ impl Manifest {
         if let Some(shard) = self.shard {
             Shard::new(shard.index, shard.count).map_err(|e| Error::file(path, "a valid shard", e))?;
         }
-        let scenes: BTreeMap<&str, SceneSplit> = self.plan.scenes.iter().map(|s| (&*s.name, s.split)).collect();
+        let scenes: BTreeMap<&str, SceneSplit> =
+            self.plan.scenes.iter().map(|s| (&*s.name, s.split)).collect();
         let mut seen = BTreeSet::new();
         for (i, frame) in self.frames.iter().enumerate() {
-            let wrong = |expected: &str, found: String| Error::file(path, format!("frame {i}: {expected}"), found);
+            let wrong =
+                |expected: &str, found: String| Error::file(path, format!("frame {i}: {expected}"), found);
             let parts: Vec<Component> = Path::new(&frame.file).components().collect();
             let inside = !parts.is_empty() && parts.iter().all(|c| matches!(c, Component::Normal(_)));
             if !inside || frame.file.contains(['\\', ':', '\0']) {

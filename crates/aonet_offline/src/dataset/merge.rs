@@ -18,7 +18,11 @@ pub fn merge(dirs: &[PathBuf]) -> Result<Manifest> {
     }
     let (Some(target), Some(first)) = (dirs.first(), shards.first()) else {
         let found = dirs.iter().map(|d| d.display().to_string()).collect::<Vec<_>>().join(", ");
-        return Err(Error::request("merge", "folders with manifest-I-of-N.json", format!("none in {found:?}")));
+        return Err(Error::request(
+            "merge",
+            "folders with manifest-I-of-N.json",
+            format!("none in {found:?}"),
+        ));
     };
     let mut whole = Manifest::new(target, first.plan.clone(), None);
     let count = first.shard.map_or(1, |s| s.count);

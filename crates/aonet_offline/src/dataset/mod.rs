@@ -20,5 +20,5 @@ pub use judge::Flaw;
 pub use manifest::{FORMAT, FrameEntry, Manifest, Split};
 pub use merge::merge;
 pub use plan::{Counts, Job, Plan, Preset, RadiusRule, Recipe, SceneSplit, Shard};
-pub use scenes::{Candidate, Origin, SceneSpec};
+pub use scenes::{Candidate, SceneSpec};
 pub use sheet::{contact_sheet, save_png};

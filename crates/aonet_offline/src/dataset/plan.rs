@@ -150,7 +150,11 @@ impl Recipe {
     fn check(&self) -> Result<()> {
         check_size("frame size", self.width, self.height)?;
         if self.frames.total() == 0 || self.frames.total() > MAX_FRAMES {
-            return Err(Error::request("number of frames", format!("1 to {MAX_FRAMES}"), self.frames.total()));
+            return Err(Error::request(
+                "number of frames",
+                format!("1 to {MAX_FRAMES}"),
+                self.frames.total(),
+            ));
         }
         if self.spp == 0 || self.eval_spp == 0 {
             return Err(Error::request("rays per pixel", "at least 1", 0));
@@ -277,7 +281,8 @@ impl Plan {
         let mut next_index = vec![0; self.scenes.len()];
         let mut jobs = Vec::with_capacity(self.recipe.frames.total());
         for split in SPLITS {
-            let scenes: Vec<usize> = (0..self.scenes.len()).filter(|&s| self.scenes[s].split.allows(split)).collect();
+            let scenes: Vec<usize> =
+                (0..self.scenes.len()).filter(|&s| self.scenes[s].split.allows(split)).collect();
             let total = self.recipe.frames.of(split) as usize;
             for (k, &scene) in scenes.iter().enumerate() {
                 // Spreads what does not divide over the whole list.

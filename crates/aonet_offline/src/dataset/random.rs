@@ -55,7 +55,8 @@ mod tests {
     fn streams_differ_by_seed_scene_and_index() {
         let first = |seed, scene, index| Random::of_frame(seed, scene, index).next();
         assert_eq!(first(1, "a", 2), first(1, "a", 2));
-        let all = [first(1, "a", 2), first(2, "a", 2), first(1, "b", 2), first(1, "a", 3), first(1, "a\u{1}", 2)];
+        let all =
+            [first(1, "a", 2), first(2, "a", 2), first(1, "b", 2), first(1, "a", 3), first(1, "a\u{1}", 2)];
         for (i, a) in all.iter().enumerate() {
             assert!(!all[..i].contains(a), "{all:x?}");
         }

@@ -89,7 +89,8 @@ impl<'a> Stage<'a> {
                 Err(flaw) => flaws.push(flaw),
             }
         }
-        let counted = Flaw::ALL.map(|f| format!("{} {}", flaws.iter().filter(|g| **g == f).count(), f.name()));
+        let counted =
+            Flaw::ALL.map(|f| format!("{} {}", flaws.iter().filter(|g| **g == f).count(), f.name()));
         let what = format!("views of scene {}", self.spec.name);
         Err(Error::request(what, format!("one worth keeping in {MAX_TRIES}"), counted.join(", ")))
     }
@@ -248,7 +249,8 @@ impl<'a> Stage<'a> {
         let mut random = Random::of_frame(0, &self.spec.name, u32::MAX);
         let tries = 256;
         let lift = 1e-3 * self.radius() * Vec3::Y;
-        let open = (0..tries).filter(|_| self.reach(self.surface_point(&mut random) + lift, Vec3::Y).is_none());
+        let open =
+            (0..tries).filter(|_| self.reach(self.surface_point(&mut random) + lift, Vec3::Y).is_none());
         open.count() as f32 / tries as f32
     }
 }

@@ -24,7 +24,8 @@ pub fn contact_sheet(manifest: &Manifest, count: usize, columns: usize) -> Resul
     }
     let columns = columns.min(count) as u32;
     let recipe = &manifest.plan.recipe;
-    let height = (u64::from(CELL) * recipe.height as u64 / recipe.width as u64).clamp(1, u64::from(CELL) * 4) as u32;
+    let height =
+        (u64::from(CELL) * recipe.height as u64 / recipe.width as u64).clamp(1, u64::from(CELL) * 4) as u32;
     let rows = (count as u32).div_ceil(columns);
     let mut sheet = RgbImage::new(columns * (CELL + GAP), rows * (2 * height + GAP));
     for k in 0..count {
