@@ -6,9 +6,9 @@ use aonet::GBuffer;
 /// Why a view is not kept.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Flaw {
-    /// No eye was found: nothing to stand on, or nothing of the scene in sight.
+    /// No camera was found: nothing to stand on, or nothing of the scene in sight.
     Nowhere,
-    /// Mostly background.
+    /// Mostly background or bare ground.
     Empty,
     /// The camera is inside something solid: it sees backs.
     Inside,
@@ -25,8 +25,8 @@ impl Flaw {
     /// A few words for a report.
     pub fn name(self) -> &'static str {
         match self {
-            Self::Nowhere => "nowhere to stand",
-            Self::Empty => "mostly background",
+            Self::Nowhere => "no place for a camera",
+            Self::Empty => "mostly background or ground",
             Self::Inside => "inside something",
             Self::Blocked => "a wall in the face",
             Self::Bare => "nothing to see",
@@ -39,6 +39,8 @@ impl Flaw {
 pub(super) struct Taste {
     /// Largest share of background pixels.
     pub background: f32,
+    /// Smallest share of pixels that show the scene itself, not its ground.
+    pub content: f32,
     /// Largest share of foreground pixels that show the back of their triangle.
     pub backface: f32,
     /// Smallest median depth, in radii of the scene.
@@ -51,14 +53,23 @@ pub(super) struct Taste {
     pub edges: f32,
 }
 
-/// Checks a small view of a scene whose bounding sphere has the given radius [world units]; gives the
-/// median depth [world units].
-pub(super) fn judge(surface: &Surface, scene_radius: f32, taste: &Taste) -> Result<f32, Flaw> {
+/// What a view is judged against.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Subject {
+    /// Radius of the scene's bounding sphere, without the ground [world units].
+    pub radius: f32,
+    /// Triangles from this one on are ground.
+    pub ground_from: u32,
+}
+
+/// Checks a small view; gives the median depth of its foreground [world units].
+pub(super) fn judge(surface: &Surface, subject: Subject, taste: &Taste) -> Result<f32, Flaw> {
     let gbuffer = &surface.gbuffer;
     let mut depth: Vec<f32> = gbuffer.depth().iter().copied().filter(|d| d.is_finite()).collect();
     let pixels = gbuffer.depth().len() as f32;
     let foreground = depth.len() as f32;
-    if pixels - foreground > taste.background * pixels {
+    let content = surface.triangle.iter().filter(|&&t| t < subject.ground_from).count() as f32;
+    if pixels - foreground > taste.background * pixels || content < taste.content * pixels {
         return Err(Flaw::Empty);
     }
     let backs = surface.backface.iter().filter(|&&b| b).count() as f32;
@@ -68,7 +79,7 @@ pub(super) fn judge(surface: &Surface, scene_radius: f32, taste: &Taste) -> Resu
     depth.sort_unstable_by(f32::total_cmp);
     let median = depth[depth.len() / 2];
     let near = depth.partition_point(|&d| d < taste.near * median) as f32;
-    if median < taste.median_depth * scene_radius || near > taste.near_share * pixels {
+    if median < taste.median_depth * subject.radius || near > taste.near_share * pixels {
         return Err(Flaw::Blocked);
     }
     if edges(gbuffer) < taste.edges * foreground {

@@ -131,7 +131,7 @@ impl Manifest {
         let path = self.dir.join(Self::file_name(self.shard));
         let mut json = serde_json::to_vec_pretty(self).map_err(|e| Error::file(&path, "JSON", e))?;
         json.push(b'\n');
-        crate::atomic::write(&path, &json)
+        crate::atomic_file::write(&path, &json)
     }
 
     /// The folder that frame files are relative to.

@@ -75,5 +75,5 @@ fn bring(from: &Path, to: &Path) -> Result<()> {
     let folder = to.parent().unwrap_or(Path::new(""));
     std::fs::create_dir_all(folder).map_err(Error::io(folder))?;
     let bytes = std::fs::read(from).map_err(Error::io(from))?;
-    crate::atomic::write(to, &bytes)
+    crate::atomic_file::write(to, &bytes)
 }

@@ -1,6 +1,6 @@
 //! Where a person would put the camera: proposals of views, and the first good one of them.
 
-use super::judge::{Flaw, Taste, judge};
+use super::judge::{Flaw, Subject, Taste, judge};
 use super::plan::{RadiusRule, Recipe};
 use super::random::Random;
 use super::scenes::{Candidate, SceneSpec};
@@ -14,8 +14,8 @@ use glam::{Quat, Vec3};
 /// Proposals for one frame before the scene counts as hopeless.
 const MAX_TRIES: usize = 400;
 
-/// Width of the small image that a proposal is judged by [px].
-const PROBE_WIDTH: usize = 96;
+/// Pixels of the small image that a proposal is judged by: 96x54 of a wide one.
+const PROBE_PIXELS: f32 = 5184.0;
 
 /// A scene that is ready to be looked at.
 pub(super) struct Stage<'a> {
@@ -84,7 +84,7 @@ impl<'a> Stage<'a> {
     pub(super) fn view(&self, recipe: &Recipe, random: &mut Random) -> Result<(View, Vec<Flaw>)> {
         let mut flaws = Vec::new();
         for _ in 0..MAX_TRIES {
-            match self.attempt(recipe, random)? {
+            match self.attempt(recipe, random) {
                 Ok(view) => return Ok((view, flaws)),
                 Err(flaw) => flaws.push(flaw),
             }
@@ -95,33 +95,29 @@ impl<'a> Stage<'a> {
         Err(Error::request(what, format!("one worth keeping in {MAX_TRIES}"), counted.join(", ")))
     }
 
-    fn attempt(&self, recipe: &Recipe, random: &mut Random) -> Result<std::result::Result<View, Flaw>> {
+    fn attempt(&self, recipe: &Recipe, random: &mut Random) -> std::result::Result<View, Flaw> {
         let manner = self.manner(random);
-        let Some(pose) = self.propose(manner, random) else {
-            return Ok(Err(Flaw::Nowhere));
-        };
+        let pose = self.propose(manner, random).ok_or(Flaw::Nowhere)?;
         let screen = match recipe.radius {
             RadiusRule::SceneFraction(_) => 0.0,
             RadiusRule::ImageFraction { min, max } => random.log_range(min, max),
         };
-        let height = (PROBE_WIDTH * recipe.height / recipe.width).max(8);
+        let (width, height) = probe_size(recipe);
         let mut view = View {
             eye: pose.eye.into(),
             target: pose.target.into(),
             up: [0.0, 1.0, 0.0],
             fov_y_deg: pose.fov_y_deg,
             ortho_height: None,
-            width: PROBE_WIDTH,
+            width,
             height,
             near: 1e-3 * self.radius(),
             far: f32::INFINITY,
             radius: self.radius(),
         };
-        let surface = gbuffer::render(self.tracer, &view)?;
-        let median = match judge(&surface, self.radius(), &self.taste(manner)) {
-            Ok(median) => median,
-            Err(flaw) => return Ok(Err(flaw)),
-        };
+        let surface = gbuffer::render(self.tracer, &view).map_err(|_| Flaw::Nowhere)?;
+        let subject = Subject { radius: self.radius(), ground_from: self.area.len() as u32 };
+        let median = judge(&surface, subject, &self.taste(manner))?;
         view.radius = match recipe.radius {
             RadiusRule::SceneFraction(fraction) => fraction * self.radius(),
             RadiusRule::ImageFraction { .. } => {
@@ -129,18 +125,19 @@ impl<'a> Stage<'a> {
             }
         };
         (view.width, view.height) = (recipe.width, recipe.height);
-        Ok(Ok(view))
+        Ok(view)
     }
 
     fn taste(&self, manner: Manner) -> Taste {
         let outside = manner == Manner::Around;
         Taste {
             background: if outside || self.open { 0.6 } else { 0.4 },
+            content: 0.1,
             backface: 0.7,
             median_depth: if outside { 0.2 } else { 0.08 },
             near: 0.2,
             near_share: 0.25,
-            edges: 0.05,
+            edges: 0.08,
         }
     }
 
@@ -176,9 +173,9 @@ impl<'a> Stage<'a> {
     fn around(&self, fov_y_deg: f32, random: &mut Random) -> Option<(Vec3, Vec3)> {
         let radius = self.radius();
         // Diameter of the bounding sphere, in image heights.
-        let fill = random.log_range(0.6, 3.0);
+        let fill = random.log_range(0.9, 4.0);
         let distance = radius / (0.5 * fov_y_deg.to_radians()).tan() / fill;
-        let closeness = ((fill - 0.6) / 0.9).clamp(0.0, 1.0);
+        let closeness = ((fill - 0.9) / 1.3).clamp(0.0, 1.0);
         let target = self.content.centre().lerp(self.surface_point(random), closeness);
         let azimuth = random.range(0.0, std::f32::consts::TAU);
         let elevation = random.range(3f32.to_radians().sin(), 65f32.to_radians().sin()).asin();
@@ -253,4 +250,12 @@ impl<'a> Stage<'a> {
             (0..tries).filter(|_| self.reach(self.surface_point(&mut random) + lift, Vec3::Y).is_none());
         open.count() as f32 / tries as f32
     }
+}
+
+/// Width and height of the small image that a proposal is judged by [px].
+fn probe_size(recipe: &Recipe) -> (usize, usize) {
+    let (width, height) = (recipe.width as f32, recipe.height as f32);
+    let scale = (PROBE_PIXELS / (width * height)).sqrt();
+    let side = |length: f32| (scale * length).round().max(8.0) as usize;
+    (side(width), side(height))
 }

@@ -62,5 +62,5 @@ pub fn save_png(picture: &RgbImage, path: &Path) -> Result<()> {
     picture
         .write_to(&mut bytes, image::ImageFormat::Png)
         .map_err(|e| Error::file(path, "a picture that PNG can hold", e))?;
-    crate::atomic::write(path, bytes.get_ref())
+    crate::atomic_file::write(path, bytes.get_ref())
 }
