@@ -1,8 +1,10 @@
 //! Primary rays through pixel centres: the G-buffer of a view.
 
-use crate::trace::Tracer;
-use crate::{Result, View};
-use aonet::GBuffer;
+use crate::trace::{Hit, Tracer};
+use crate::{Result, Scene, View};
+use aonet::{Camera, GBuffer, Projection};
+use glam::{DVec3, Vec3, Vec3A};
+use rayon::prelude::*;
 
 /// What primary rays found: the G-buffer, and what only the reference may know.
 #[derive(Debug, Clone)]
@@ -13,12 +15,102 @@ pub struct Surface {
     pub geo_normal: Vec<[f32; 3]>,
     /// HxW whether the visible side is the back of its triangle by winding; false on the background.
     pub backface: Vec<bool>,
+    /// HxW index into [`Scene::triangle`] of what is seen; [`NO_TRIANGLE`] on the background.
+    pub triangle: Vec<u32>,
 }
+
+/// What [`Surface::triangle`] holds on the background.
+pub const NO_TRIANGLE: u32 = u32::MAX;
+
+/// One pixel of a surface.
+struct Pixel {
+    depth: f32,
+    normal: [f32; 3],
+    geo_normal: [f32; 3],
+    backface: bool,
+    triangle: u32,
+}
+
+const BACKGROUND: Pixel = Pixel {
+    depth: f32::INFINITY,
+    normal: [0.0; 3],
+    geo_normal: [0.0; 3],
+    backface: false,
+    triangle: NO_TRIANGLE,
+};
 
 /// Casts one ray a pixel on all cores.
 ///
 /// # Errors
-/// When the view's camera or radius is out of range.
-pub fn render(_tracer: &Tracer, _view: &View) -> Result<Surface> {
-    unimplemented!()
+/// When the view's camera or radius is out of range, or most shading normals of the scene
+/// contradict the winding of its triangles.
+pub fn render(tracer: &Tracer, view: &View) -> Result<Surface> {
+    view.params()?;
+    let camera = view.camera()?;
+    let pixels: Vec<Pixel> = (0..camera.height)
+        .into_par_iter()
+        .flat_map_iter(|y| (0..camera.width).map(move |x| (x, y)))
+        .map(|(x, y)| cast(tracer, &camera, view.far, (x, y)))
+        .collect();
+    let depth = pixels.iter().map(|p| p.depth).collect();
+    let normal = pixels.iter().map(|p| p.normal).collect();
+    Ok(Surface {
+        gbuffer: GBuffer::new(camera, depth, normal)?,
+        geo_normal: pixels.iter().map(|p| p.geo_normal).collect(),
+        backface: pixels.iter().map(|p| p.backface).collect(),
+        triangle: pixels.iter().map(|p| p.triangle).collect(),
+    })
+}
+
+/// The ray starts on the near plane and advances one unit of depth a unit of `t`.
+fn cast(tracer: &Tracer, camera: &Camera, far: f32, (x, y): (usize, usize)) -> Pixel {
+    let origin_view = camera.position_view(x, y, camera.near);
+    let direction_view = match camera.projection {
+        Projection::Perspective { .. } => camera.position_view(x, y, 1.0),
+        Projection::Orthographic { .. } => -Vec3A::Z,
+    };
+    let world_from_view = camera.view_from_world.inverse();
+    let origin_world = world_from_view.transform_point3a(origin_view);
+    let direction_world = world_from_view.transform_vector3a(direction_view);
+    let Some(hit) = tracer.closest(origin_world, direction_world, far - camera.near) else {
+        return BACKGROUND;
+    };
+    let front_world = geometric_normal(tracer.scene(), hit.triangle).as_vec3a();
+    let backface = front_world.dot(direction_world) > 0.0;
+    let towards_viewer = if backface { -1.0 } else { 1.0 };
+    let geo_world = match front_world.try_normalize() {
+        Some(normal) => towards_viewer * normal,
+        None => -direction_world.normalize(),
+    };
+    let normal_world = match shading_normal(tracer.scene(), &hit).try_normalize() {
+        Some(normal) => towards_viewer * normal,
+        None => geo_world,
+    };
+    let to_view = |v: Vec3A| camera.view_from_world.transform_vector3a(v).normalize().to_array();
+    Pixel {
+        depth: camera.near + hit.t,
+        normal: to_view(normal_world),
+        geo_normal: to_view(geo_world),
+        backface,
+        triangle: hit.triangle,
+    }
+}
+
+/// World-space unit normal on the side from which `triangle` is counter-clockwise; zero where it has no area.
+pub(crate) fn geometric_normal(scene: &Scene, triangle: u32) -> DVec3 {
+    let [a, b, c] = corners(scene, triangle).map(|p| p.as_dvec3());
+    (b - a).cross(c - a).normalize_or_zero()
+}
+
+/// World-space positions of a triangle's vertices.
+pub(crate) fn corners(scene: &Scene, triangle: u32) -> [Vec3; 3] {
+    scene.triangle[triangle as usize].map(|i| scene.position[i as usize])
+}
+
+/// The vertex normals' weighted mean, not normalised; zero where they cancel.
+fn shading_normal(scene: &Scene, hit: &Hit) -> Vec3A {
+    let [a, b, c] = scene.triangle[hit.triangle as usize].map(|i| Vec3A::from(scene.normal[i as usize]));
+    let sum = a * (1.0 - hit.u - hit.v) + b * hit.u + c * hit.v;
+    // guess: below this the direction is rounding noise.
+    if sum.length_squared() > 1e-8 { sum } else { Vec3A::ZERO }
 }

@@ -1,9 +1,11 @@
 //! Ray-traced ambient occlusion: the truth that everything else is measured against.
 
-use crate::Result;
-use crate::gbuffer::Surface;
+use crate::gbuffer::{Surface, corners, geometric_normal};
 use crate::trace::Tracer;
+use crate::{Error, Result, Scene};
 use aonet::{AoImage, AoParams};
+use glam::{DVec3, Mat3A, Vec3A};
+use rayon::prelude::*;
 
 /// How finely the reference is sampled.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -14,17 +16,142 @@ pub struct Sampling {
     pub seed: u64,
 }
 
+/// Most rays a pixel.
+pub const MAX_SPP: u32 = 1 << 20;
+
 /// AO(p) = 1/N sum V(p, w_i), cosine-weighted about the shading normal, on all cores.
 /// `progress` is called now and then with the number of rays traced since its last call.
 ///
 /// # Errors
-/// When `spp` is 0.
+/// When `spp` is 0 or above [`MAX_SPP`], or `surface` is not of `tracer`'s scene.
 pub fn reference_ao(
-    _tracer: &Tracer,
-    _surface: &Surface,
-    _params: AoParams,
-    _sampling: Sampling,
-    _progress: &(dyn Fn(u64) + Sync),
+    tracer: &Tracer,
+    surface: &Surface,
+    params: AoParams,
+    sampling: Sampling,
+    progress: &(dyn Fn(u64) + Sync),
 ) -> Result<AoImage> {
-    unimplemented!()
+    if !(1..=MAX_SPP).contains(&sampling.spp) {
+        return Err(Error::request("rays per pixel", format!("1 to {MAX_SPP}"), sampling.spp));
+    }
+    let (width, height) = (surface.gbuffer.width(), surface.gbuffer.height());
+    let disk = Disk::new(sampling);
+    let mut image = AoImage::open(width, height)?;
+    image.visibility_mut().par_chunks_mut(width).enumerate().for_each(|(y, row)| {
+        let mut rays = 0;
+        for (x, visibility) in row.iter_mut().enumerate() {
+            if let Some(point) = Point::new(tracer.scene(), surface, y * width + x) {
+                *visibility = disk.visibility(tracer, &point, params.radius);
+                rays += u64::from(sampling.spp);
+            }
+        }
+        progress(rays);
+    });
+    Ok(image)
+}
+
+/// Where the rays of a pixel start, world space.
+struct Point {
+    pixel: u64,
+    origin: Vec3A,
+    normal: Vec3A,
+    geo_normal: Vec3A,
+}
+
+impl Point {
+    /// The point that pixel `i` of `surface` shows; `None` on the background.
+    fn new(scene: &Scene, surface: &Surface, i: usize) -> Option<Self> {
+        let gbuffer = &surface.gbuffer;
+        if !gbuffer.is_foreground(i) {
+            return None;
+        }
+        let camera = gbuffer.camera();
+        let (x, y) = (i % camera.width, i / camera.width);
+        let world_from_view = camera.view_from_world.inverse();
+        let position = world_from_view.transform_point3a(camera.position_view(x, y, gbuffer.depth()[i]));
+        let normal = world_from_view.transform_vector3a(gbuffer.normal()[i].into());
+        let geo_normal = world_from_view.transform_vector3a(surface.geo_normal[i].into());
+        let origin = above(scene, surface.triangle[i], (position, geo_normal));
+        Some(Self { pixel: i as u64, origin, normal, geo_normal })
+    }
+}
+
+/// The point of `triangle` next to `position`, moved along `geo_normal` by just more than rounding can
+/// move it back: that of the point itself, and that of a ray against a triangle of this size.
+// The idea of Wächter and Binder 2019, with the error bound in place of their constants.
+fn above(scene: &Scene, triangle: u32, (position, geo_normal): (Vec3A, Vec3A)) -> Vec3A {
+    let [a, b, c] = corners(scene, triangle);
+    let exact = geometric_normal(scene, triangle);
+    let position = position.as_dvec3();
+    let on_plane = position - exact * exact.dot(position - a.as_dvec3());
+    let size = (b - a).abs().max((c - a).abs()).max((c - b).abs()).as_dvec3();
+    let error = (on_plane.abs() + 4.0 * size) * f64::from(f32::EPSILON);
+    let distance = error.dot(exact.abs()).max(f64::from(f32::MIN_POSITIVE));
+    (on_plane + towards(exact, geo_normal) * distance).as_vec3a()
+}
+
+/// `normal` or its opposite, whichever is on the side of `side`.
+fn towards(normal: DVec3, side: Vec3A) -> DVec3 {
+    if normal.dot(side.as_dvec3()) < 0.0 { -normal } else { normal }
+}
+
+/// Points of the unit disk in a spiral; above each one of them on the hemisphere is a direction, and so
+/// distributed they are cosine-weighted (Malley's method).
+// Vogel 1979: equal areas, successive angles the golden angle apart.
+struct Disk {
+    seed: u64,
+    /// Cosine and sine of each point's angle.
+    spoke: Vec<[f32; 2]>,
+}
+
+impl Disk {
+    fn new(sampling: Sampling) -> Self {
+        let golden = std::f64::consts::PI * (3.0 - 5f64.sqrt());
+        let spoke = (0..sampling.spp).map(|i| {
+            let (sin, cos) = (f64::from(i) * golden).sin_cos();
+            [cos as f32, sin as f32]
+        });
+        Self { seed: sampling.seed, spoke: spoke.collect() }
+    }
+
+    /// The open share of a pixel's rays. Each pixel turns the spiral and shifts it outwards at random.
+    fn visibility(&self, tracer: &Tracer, point: &Point, radius: f32) -> f32 {
+        let random = mix(self.seed ^ mix(point.pixel));
+        let (turn, shift) = (unit(random >> 32), unit(random & 0xffff_ffff));
+        let world_from_local = turned_frame(point.normal, turn);
+        let n = self.spoke.len() as f32;
+        let open = self.spoke.iter().enumerate().filter(|&(i, &[cos, sin])| {
+            let area = ((i as f32 + shift) / n).min(1.0);
+            let r = area.sqrt();
+            let direction = world_from_local * Vec3A::new(r * cos, r * sin, (1.0 - area).sqrt());
+            direction.dot(point.geo_normal) > 0.0 && !tracer.occluded(point.origin, direction, radius)
+        });
+        open.count() as f32 / n
+    }
+}
+
+/// Columns x, y, z = `normal`: a frame turned about `normal` by `turn` of a full turn.
+// Duff et al. 2017, "Building an Orthonormal Basis, Revisited".
+fn turned_frame(normal: Vec3A, turn: f32) -> Mat3A {
+    let sign = 1f32.copysign(normal.z);
+    let a = -1.0 / (sign + normal.z);
+    let b = normal.x * normal.y * a;
+    let x = Vec3A::new(1.0 + sign * normal.x * normal.x * a, sign * b, -sign * normal.x);
+    let y = Vec3A::new(b, sign + normal.y * normal.y * a, -normal.y);
+    let (sin, cos) = (turn * std::f32::consts::TAU).sin_cos();
+    Mat3A::from_cols(x * cos + y * sin, y * cos - x * sin, normal)
+}
+
+/// [0, 1) from the upper 24 of 32 bits.
+fn unit(bits: u64) -> f32 {
+    (bits >> 8) as f32 / 16_777_216.0
+}
+
+/// A bijection whose output bits all depend on all input bits.
+// The finaliser of SplitMix64 (Steele et al. 2014).
+fn mix(seed: u64) -> u64 {
+    let z = seed.wrapping_add(0x9e37_79b9_7f4a_7c15);
+    let z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+    let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+    z ^ (z >> 31)
 }

@@ -1,10 +1,25 @@
 //! Rays against a scene: an 8-wide bounding volume hierarchy.
+#![allow(unsafe_code, reason = "entry points compiled for the instruction set that was found")]
+
+mod build;
+mod lanes;
+mod traverse;
+
+#[cfg(test)]
+mod tests;
 
 use crate::Scene;
+use build::Bvh8;
 use glam::Vec3A;
+use lanes::Scalar;
 
 /// A scene with its hierarchy, ready for rays. Immutable; share it between threads.
-pub struct Tracer {}
+#[derive(Debug)]
+pub struct Tracer {
+    scene: Scene,
+    bvh: Bvh8,
+    level: Level,
+}
 
 /// The nearest intersection of a ray.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -19,24 +34,84 @@ pub struct Hit {
     pub v: f32,
 }
 
+/// Instruction set. All of them find the same hits, bit for bit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Level {
+    Scalar,
+    #[cfg(target_arch = "x86_64")]
+    Avx2,
+}
+
+impl Level {
+    fn detect() -> Self {
+        #[cfg(target_arch = "x86_64")]
+        if is_x86_feature_detected!("avx2")
+            && is_x86_feature_detected!("fma")
+            && is_x86_feature_detected!("bmi1")
+        {
+            return Self::Avx2;
+        }
+        Self::Scalar
+    }
+}
+
 impl Tracer {
-    /// Builds the hierarchy.
-    pub fn new(_scene: Scene) -> Self {
-        unimplemented!()
+    /// Builds the hierarchy. Triangles with a vertex that is not finite are left out.
+    ///
+    /// # Panics
+    /// When a triangle has an index that is out of range; [`Scene::checked`] refuses such scenes.
+    pub fn new(scene: Scene) -> Self {
+        Self { bvh: Bvh8::new(&scene), scene, level: Level::detect() }
     }
 
     /// The scene.
     pub fn scene(&self) -> &Scene {
-        unimplemented!()
+        &self.scene
     }
 
     /// Whether any triangle lies at 0 < t <= `t_max` along the ray.
-    pub fn occluded(&self, _origin: Vec3A, _direction: Vec3A, _t_max: f32) -> bool {
-        unimplemented!()
+    #[inline]
+    pub fn occluded(&self, origin: Vec3A, direction: Vec3A, t_max: f32) -> bool {
+        // SAFETY: `Level::detect` found the instruction set.
+        unsafe {
+            match self.level {
+                Level::Scalar => traverse::occluded::<Scalar>(&self.bvh, origin, direction, t_max),
+                #[cfg(target_arch = "x86_64")]
+                Level::Avx2 => avx2::occluded(&self.bvh, origin, direction, t_max),
+            }
+        }
     }
 
     /// The nearest triangle at 0 < t <= `t_max`.
-    pub fn closest(&self, _origin: Vec3A, _direction: Vec3A, _t_max: f32) -> Option<Hit> {
-        unimplemented!()
+    #[inline]
+    pub fn closest(&self, origin: Vec3A, direction: Vec3A, t_max: f32) -> Option<Hit> {
+        // SAFETY: `Level::detect` found the instruction set.
+        unsafe {
+            match self.level {
+                Level::Scalar => traverse::closest::<Scalar>(&self.bvh, origin, direction, t_max),
+                #[cfg(target_arch = "x86_64")]
+                Level::Avx2 => avx2::closest(&self.bvh, origin, direction, t_max),
+            }
+        }
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+mod avx2 {
+    use super::build::Bvh8;
+    use super::lanes::Avx2;
+    use super::{Hit, traverse};
+    use glam::Vec3A;
+
+    #[target_feature(enable = "avx2,fma,bmi1")]
+    pub(super) fn occluded(bvh: &Bvh8, origin: Vec3A, direction: Vec3A, t_max: f32) -> bool {
+        // SAFETY: this function's target features.
+        unsafe { traverse::occluded::<Avx2>(bvh, origin, direction, t_max) }
+    }
+
+    #[target_feature(enable = "avx2,fma,bmi1")]
+    pub(super) fn closest(bvh: &Bvh8, origin: Vec3A, direction: Vec3A, t_max: f32) -> Option<Hit> {
+        // SAFETY: this function's target features.
+        unsafe { traverse::closest::<Avx2>(bvh, origin, direction, t_max) }
     }
 }

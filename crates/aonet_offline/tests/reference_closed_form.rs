@@ -1,0 +1,203 @@
+//! Reference AO where its value is known in closed form.
+
+use aonet::{AoImage, AoParams};
+use aonet_offline::gbuffer::{Surface, render};
+use aonet_offline::reference::{Sampling, reference_ao};
+use aonet_offline::trace::Tracer;
+use aonet_offline::{Scene, View};
+use glam::Vec3;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+const SAMPLING: Sampling = Sampling { spp: 4096, seed: 7 };
+
+/// Two triangles: `corner`, `corner + a`, `corner + b` and the fourth one.
+fn quad(corner: Vec3, a: Vec3, b: Vec3) -> Scene {
+    let normal = vec![a.cross(b).normalize(); 4];
+    let position = vec![corner, corner + a, corner + a + b, corner + b];
+    Scene { name: "quad".into(), position, normal, triangle: vec![[0, 1, 2], [0, 2, 3]] }
+}
+
+fn floor(half: f32) -> Scene {
+    quad(Vec3::new(-half, 0.0, -half), Vec3::Z * 2.0 * half, Vec3::X * 2.0 * half)
+}
+
+fn cuboid(min: Vec3, max: Vec3) -> Scene {
+    let d = max - min;
+    let (x, y, z) = (Vec3::X * d.x, Vec3::Y * d.y, Vec3::Z * d.z);
+    let mut scene = quad(min, x, y);
+    for (corner, a, b) in [(min, y, z), (min, z, x), (max, -x, -y), (max, -y, -z), (max, -z, -x)] {
+        scene.append(&quad(corner, a, b));
+    }
+    scene
+}
+
+fn sphere(centre: Vec3, radius: f32, n: u32) -> Scene {
+    let normal: Vec<Vec3> = (0..=n)
+        .flat_map(|i| (0..2 * n).map(move |j| (i, j)))
+        .map(|(i, j)| {
+            let (theta, phi) = (i as f32 / n as f32, j as f32 / n as f32);
+            let (sin, cos) = (theta * std::f32::consts::PI).sin_cos();
+            let (sin_phi, cos_phi) = (phi * std::f32::consts::PI).sin_cos();
+            Vec3::new(sin * cos_phi, cos, sin * sin_phi)
+        })
+        .collect();
+    let triangle = (0..n).flat_map(|i| {
+        (0..2 * n).flat_map(move |j| {
+            let at = |i: u32, j: u32| i * 2 * n + j % (2 * n);
+            let [a, b, c, d] = [at(i, j), at(i, j + 1), at(i + 1, j + 1), at(i + 1, j)];
+            [[a, b, c], [a, c, d]]
+        })
+    });
+    let position = normal.iter().map(|n| centre + radius * *n).collect();
+    Scene { name: "sphere".into(), position, normal, triangle: triangle.collect() }
+}
+
+/// A view of 9x9 pixels, so narrow that all of them show very nearly `target`.
+fn view(eye: Vec3, target: Vec3, radius: f32) -> View {
+    View {
+        eye: eye.into(),
+        target: target.into(),
+        up: [0.1, 1.0, 0.2],
+        fov_y_deg: 0.01,
+        ortho_height: None,
+        width: 9,
+        height: 9,
+        near: 0.0,
+        far: f32::INFINITY,
+        radius,
+    }
+}
+
+fn trace(scene: &Scene, view: &View, sampling: Sampling) -> (Surface, AoImage) {
+    let tracer = Tracer::new(scene.clone().checked().unwrap());
+    let surface = render(&tracer, view).unwrap();
+    let ao = reference_ao(&tracer, &surface, view.params().unwrap(), sampling, &|_| ()).unwrap();
+    (surface, ao)
+}
+
+/// Five standard deviations of a mean of `SAMPLING.spp` independent rays of which a share of `p` is open.
+fn five_sigma(p: f32) -> f32 {
+    5.0 * (p * (1.0 - p) / SAMPLING.spp as f32).sqrt()
+}
+
+#[track_caller]
+fn assert_all(scene: &Scene, view: &View, expected: f32) {
+    let (surface, ao) = trace(scene, view, SAMPLING);
+    for (i, v) in ao.visibility().iter().enumerate() {
+        assert!(surface.gbuffer.is_foreground(i), "pixel {i} sees nothing");
+        assert!((v - expected).abs() <= five_sigma(expected), "{v} instead of {expected} at {i}");
+    }
+}
+
+#[test]
+fn an_open_plane_is_fully_open_from_both_sides() {
+    for eye in [Vec3::new(0.3, 2.0, 0.4), Vec3::new(0.3, -2.0, 0.4), Vec3::new(40.0, 0.5, 3.0)] {
+        for scale in [1e-3, 1.0, 1e3] {
+            let offset = Vec3::new(17.3, 5.1, -8.9) * scale;
+            let mut scene = floor(100.0 * scale);
+            scene.position.iter_mut().for_each(|p| *p += offset);
+            assert_all(&scene, &view(eye * scale + offset, offset, 50.0 * scale), 1.0);
+        }
+    }
+}
+
+#[test]
+fn a_tilted_plane_of_uneven_triangles_is_fully_open() {
+    let tilt = glam::Quat::from_rotation_z(0.7) * glam::Quat::from_rotation_x(-0.4);
+    let (a, b) = (tilt * Vec3::Z, tilt * Vec3::X);
+    let mut scene = quad(Vec3::ZERO, a * 300.0, b * 300.0);
+    scene.append(&quad(-0.1 * a, a * 0.1, b * 0.1));
+    scene.append(&quad(-0.1 * (a + b), a * 0.1, b * 0.1));
+    scene.append(&quad(-0.1 * b, a * 300.0, b * 0.1));
+    let normal = a.cross(b);
+    for target in [b + a, 100.0 * b + 3.0 * a, 0.05 * b - 0.05 * a, -0.05 * b + 0.05 * a] {
+        assert_all(&scene, &view(target + normal * 2.0 + a, target, 10.0), 1.0);
+    }
+}
+
+#[test]
+fn a_wall_hides_its_share() {
+    for (h, d) in [(1.0f32, 0.1f32), (1.0, 1.0), (0.2, 1.0)] {
+        let mut scene = floor(1.0);
+        // Wide enough to be endless within the tolerance.
+        scene.append(&quad(Vec3::new(-1e4, 0.0, -d), Vec3::X * 2e4, Vec3::Y * h));
+        let expected = 0.5 * (1.0 + d / (d * d + h * h).sqrt());
+        assert_all(&scene, &view(Vec3::new(0.0, 0.5 * h, 0.3), Vec3::ZERO, 1e6), expected);
+    }
+}
+
+#[test]
+fn a_sphere_hides_its_share() {
+    for (r, h) in [(0.5f32, 1.0f32), (0.9, 1.0), (0.2, 1.0)] {
+        let mut scene = floor(10.0);
+        scene.append(&sphere(Vec3::Y * h, r, 64));
+        let expected = 1.0 - (r / h) * (r / h);
+        assert_all(&scene, &view(Vec3::new(0.9, 0.05, 0.0), Vec3::ZERO, 100.0), expected);
+    }
+}
+
+#[test]
+fn a_closed_box_is_dark_until_the_radius_is_shorter_than_the_walls_are_far() {
+    let scene = cuboid(Vec3::new(-1.0, 0.0, -1.0), Vec3::new(1.0, 2.0, 1.0));
+    let eye = Vec3::new(0.3, 1.0, 0.2);
+    for target in [Vec3::ZERO, Vec3::new(1.0, 1.0, 0.0), Vec3::new(0.0, 1.0, -1.0)] {
+        assert_all(&scene, &view(eye, target, 10.0), 0.0);
+        assert_all(&scene, &view(eye, target, 0.99), 1.0);
+    }
+}
+
+#[test]
+fn a_larger_radius_is_never_brighter_and_threads_do_not_matter() {
+    let mut scene = floor(5.0);
+    scene.append(&sphere(Vec3::Y, 0.8, 12));
+    scene.append(&cuboid(Vec3::new(0.5, 0.0, -1.0), Vec3::new(1.5, 1.1, 1.0)));
+    let tracer = Tracer::new(scene.checked().unwrap());
+    let wide =
+        View { fov_y_deg: 60.0, width: 64, height: 48, ..view(Vec3::new(3.0, 3.0, 3.0), Vec3::ZERO, 1.0) };
+    let surface = render(&tracer, &wide).unwrap();
+    let sampling = Sampling { spp: 32, seed: 3 };
+    let at = |radius: f32| {
+        let rays = AtomicU64::new(0);
+        let count = |n| {
+            rays.fetch_add(n, Ordering::Relaxed);
+        };
+        let ao = reference_ao(&tracer, &surface, AoParams::new(radius).unwrap(), sampling, &count).unwrap();
+        let foreground = (0..64 * 48).filter(|&i| surface.gbuffer.is_foreground(i)).count();
+        assert_eq!(rays.into_inner(), 32 * foreground as u64);
+        ao
+    };
+    let images: Vec<AoImage> = [0.01, 0.1, 0.5, 1.0, 100.0].map(at).into();
+    for pair in images.windows(2) {
+        assert!(pair[0].visibility().iter().zip(pair[1].visibility()).all(|(a, b)| a >= b));
+    }
+    assert_ne!(images[0], images[4]);
+    let one_thread = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+    assert_eq!(one_thread.install(|| at(1.0)), images[3]);
+    let other = Sampling { seed: 4, ..sampling };
+    let params = AoParams::new(1.0).unwrap();
+    assert_ne!(reference_ao(&tracer, &surface, params, other, &|_| ()).unwrap(), images[3]);
+    assert!(reference_ao(&tracer, &surface, params, Sampling { spp: 0, seed: 0 }, &|_| ()).is_err());
+}
+
+#[test]
+fn normals_and_depth_follow_the_definition() {
+    let target = Vec3::new(0.2, 0.0, 0.1);
+    for (eye, backface) in [(Vec3::new(0.0, 3.0, 0.0), false), (Vec3::new(0.0, -3.0, 0.0), true)] {
+        let (surface, _) = trace(&floor(1.0), &view(eye, target, 1.0), Sampling { spp: 1, seed: 0 });
+        let distance = (target - eye).length();
+        for i in 0..81 {
+            assert_eq!(surface.backface[i], backface);
+            assert!((surface.gbuffer.depth()[i] - distance).abs() < 1e-3);
+            assert!(surface.gbuffer.normal()[i][2] > 0.9 && surface.geo_normal[i][2] > 0.9);
+        }
+    }
+    let eye = Vec3::new(0.0, 3.0, 0.0);
+    let clipped = View { near: 3.1, ..view(eye, target, 1.0) };
+    assert!(!trace(&floor(1.0), &clipped, SAMPLING).0.gbuffer.is_foreground(0));
+    let clipped = View { far: 2.9, ..view(eye, target, 1.0) };
+    let (surface, ao) = trace(&floor(1.0), &clipped, SAMPLING);
+    assert!(!surface.gbuffer.is_foreground(0) && ao.visibility()[0] == 1.0);
+    let parallel = View { ortho_height: Some(0.01), ..view(eye, target, 1.0) };
+    let (surface, _) = trace(&floor(1.0), &parallel, Sampling { spp: 1, seed: 0 });
+    assert!((surface.gbuffer.depth()[40] - (target - eye).length()).abs() < 1e-5);
+}
