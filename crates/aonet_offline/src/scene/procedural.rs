@@ -1,1 +1,0 @@
-//! Seeded scenes made from code.
