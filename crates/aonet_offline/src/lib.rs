@@ -2,6 +2,7 @@
 //! evaluation and training. Data flows one way: scene -> G-buffer -> AO -> table.
 
 pub mod dataset;
+pub mod dataset;
 pub mod error;
 pub mod frame;
 pub mod gbuffer;

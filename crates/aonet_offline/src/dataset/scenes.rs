@@ -5,6 +5,7 @@ use crate::Scene;
 use crate::error::{Error, Result};
 use crate::scene::procedural::Kind;
 use crate::scene::{MissingNormals, SceneSource, ground};
+use glam::DVec3;
 use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 use std::path::{Path, PathBuf};
@@ -59,9 +60,10 @@ impl SceneSpec {
         Ok(scene.with_environment(false))
     }
 
-    /// A scene made from code, named after its kind and seed.
+    /// A scene made from code, named after its kind and seed. It brings its own ground.
     pub fn procedural(kind: Kind, seed: u64, split: SceneSplit) -> Self {
-        Self::new(format!("{kind}_{seed}"), SceneSource::Procedural { kind, seed }, split)
+        let scene = Self::new(format!("{kind}_{seed}"), SceneSource::Procedural { kind, seed }, split);
+        Self { environment: kind != Kind::ClutterPile, ..scene }
     }
 
     fn new(name: String, source: SceneSource, split: SceneSplit) -> Self {
@@ -120,6 +122,7 @@ impl SceneSpec {
             SceneSource::Procedural { .. } => self.source.clone(),
         };
         let mut scene = source.load(MissingNormals::Crease { angle_deg: self.crease_deg })?;
+        turn_to_normals(&mut scene);
         let content = scene.triangle.len();
         if self.ground {
             ground::add_ground(&mut scene);
@@ -130,6 +133,18 @@ impl SceneSpec {
 
 fn is_name_char(c: char) -> bool {
     c.is_ascii_alphanumeric() || "_-.".contains(c)
+}
+
+/// Turns over the triangles whose winding contradicts their vertex normals: exporters leave them behind where
+/// they mirror parts, and a side seen from behind would be shaded with a normal that looks away from the viewer.
+fn turn_to_normals(scene: &mut Scene) {
+    for triangle in &mut scene.triangle {
+        let [a, b, c] = triangle.map(|i| scene.position[i as usize].as_dvec3());
+        let shading: DVec3 = triangle.iter().map(|&i| scene.normal[i as usize].as_dvec3()).sum();
+        if (b - a).cross(c - a).dot(shading) < 0.0 {
+            triangle.swap(1, 2);
+        }
+    }
 }
 
 fn sha256(path: &Path) -> Result<String> {
