@@ -208,6 +208,9 @@ fn a_floor_through_the_origin_does_not_shadow_itself_whatever_its_size() {
         let eye = 0.1 * half * Vec3::new(1.0, 0.7, 0.3);
         let wide = View { fov_y_deg: 60.0, ..view(eye, Vec3::ZERO, 0.1 * half) };
         let (surface, ao) = trace(&floor(half), &wide, Sampling { spp: 16, seed: 7 });
-        assert!((0..81).all(|i| !surface.gbuffer.is_foreground(i) || ao.visibility()[i] == 1.0), "half {half}");
+        assert!(
+            (0..81).all(|i| !surface.gbuffer.is_foreground(i) || ao.visibility()[i] == 1.0),
+            "half {half}"
+        );
     }
 }

@@ -12,7 +12,7 @@ use crate::view::View;
 use glam::{Quat, Vec3};
 
 /// Proposals for one frame before the scene counts as hopeless.
-const MAX_TRIES: usize = 400;
+const MAX_TRIES: usize = 1000;
 
 /// Pixels of the small image that a proposal is judged by: 96x54 of a wide one.
 const PROBE_PIXELS: f32 = 5184.0;
@@ -27,15 +27,12 @@ pub(super) struct Stage<'a> {
     area: Vec<f32>,
     /// Whether most of the scene can be seen from above.
     open: bool,
+    /// Whether the winding tells insides from outsides.
+    wound: bool,
 }
 
-/// Eye, point looked at and vertical field of view [degrees].
-#[derive(Debug, Clone, Copy)]
-struct Pose {
-    eye: Vec3,
-    target: Vec3,
-    fov_y_deg: f32,
-}
+/// Proposals that tell whether a scene's winding is to be trusted.
+const WINDING_PROBES: usize = 64;
 
 /// How a view is arrived at.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -67,8 +64,9 @@ impl<'a> Stage<'a> {
                 total as f32
             })
             .collect();
-        let mut stage = Self { spec, tracer, content, area, open: true };
+        let mut stage = Self { spec, tracer, content, area, open: true, wound: true };
         stage.open = stage.sky_share() > 0.5;
+        stage.wound = stage.is_wound();
         stage
     }
 
@@ -96,36 +94,37 @@ impl<'a> Stage<'a> {
     }
 
     fn attempt(&self, recipe: &Recipe, random: &mut Random) -> std::result::Result<View, Flaw> {
-        let manner = self.manner(random);
-        let pose = self.propose(manner, random).ok_or(Flaw::Nowhere)?;
-        let screen = match recipe.radius {
-            RadiusRule::SceneFraction(_) => 0.0,
-            RadiusRule::ImageFraction { min, max } => random.log_range(min, max),
-        };
-        let (width, height) = probe_size(recipe);
-        let mut view = View {
-            eye: pose.eye.into(),
-            target: pose.target.into(),
-            up: [0.0, 1.0, 0.0],
-            fov_y_deg: pose.fov_y_deg,
-            ortho_height: None,
-            width,
-            height,
-            near: 1e-3 * self.radius(),
-            far: f32::INFINITY,
-            radius: self.radius(),
-        };
+        let (mut view, manner) = self.propose(probe_size(recipe), random).ok_or(Flaw::Nowhere)?;
         let surface = gbuffer::render(self.tracer, &view).map_err(|_| Flaw::Nowhere)?;
-        let subject = Subject { radius: self.radius(), ground_from: self.area.len() as u32 };
-        let median = judge(&surface, subject, &self.taste(manner))?;
+        let median = judge(&surface, self.subject(), &self.taste(manner))?;
         view.radius = match recipe.radius {
             RadiusRule::SceneFraction(fraction) => fraction * self.radius(),
-            RadiusRule::ImageFraction { .. } => {
-                screen * 2.0 * (0.5 * pose.fov_y_deg.to_radians()).tan() * median
+            RadiusRule::ImageFraction { min, max } => {
+                let image_height = 2.0 * (0.5 * view.fov_y_deg.to_radians()).tan() * median;
+                random.log_range(min, max) * image_height
             }
         };
         (view.width, view.height) = (recipe.width, recipe.height);
         Ok(view)
+    }
+
+    fn subject(&self) -> Subject {
+        Subject { radius: self.radius(), ground_from: self.area.len() as u32 }
+    }
+
+    /// False where most views that are good otherwise show backs: such a scene is wound the wrong way or no way.
+    fn is_wound(&self) -> bool {
+        let mut random = Random::of_frame(1, &self.spec.name, u32::MAX);
+        let (mut good, mut backs) = (0, 0);
+        for _ in 0..WINDING_PROBES {
+            let Some((view, manner)) = self.propose((96, 54), &mut random) else { continue };
+            let Ok(surface) = gbuffer::render(self.tracer, &view) else { continue };
+            let taste = self.taste(manner);
+            let verdict = |backface| judge(&surface, self.subject(), &Taste { backface, ..taste });
+            good += usize::from(verdict(1.0).is_ok());
+            backs += usize::from(verdict(1.0).is_ok() && verdict(taste.backface) == Err(Flaw::Inside));
+        }
+        2 * backs <= good
     }
 
     fn taste(&self, manner: Manner) -> Taste {
@@ -133,7 +132,7 @@ impl<'a> Stage<'a> {
         Taste {
             background: if outside || self.open { 0.6 } else { 0.4 },
             content: 0.1,
-            backface: 0.7,
+            backface: if self.wound { 0.7 } else { 1.0 },
             median_depth: if outside { 0.2 } else { 0.08 },
             near: 0.2,
             near_share: 0.25,
@@ -152,7 +151,8 @@ impl<'a> Stage<'a> {
         if draw < 0.8 { Manner::Standing } else { Manner::Flying }
     }
 
-    fn propose(&self, manner: Manner, random: &mut Random) -> Option<Pose> {
+    fn propose(&self, (width, height): (usize, usize), random: &mut Random) -> Option<(View, Manner)> {
+        let manner = self.manner(random);
         let fov_y_deg = random.range(35.0, 90.0);
         let (eye, target) = match manner {
             Manner::Around => self.around(fov_y_deg, random)?,
@@ -166,7 +166,19 @@ impl<'a> Stage<'a> {
             }
             Manner::Given(camera) => self.given(camera, random),
         };
-        Some(Pose { eye, target, fov_y_deg })
+        let view = View {
+            eye: eye.into(),
+            target: target.into(),
+            up: [0.0, 1.0, 0.0],
+            fov_y_deg,
+            ortho_height: None,
+            width,
+            height,
+            near: 1e-3 * self.radius(),
+            far: f32::INFINITY,
+            radius: self.radius(),
+        };
+        Some((view, manner))
     }
 
     /// From outside: overviews look at the middle, close-ups at a point of the surface.
@@ -176,14 +188,16 @@ impl<'a> Stage<'a> {
         let fill = random.log_range(0.9, 4.0);
         let distance = radius / (0.5 * fov_y_deg.to_radians()).tan() / fill;
         let closeness = ((fill - 0.9) / 1.3).clamp(0.0, 1.0);
-        let target = self.content.centre().lerp(self.surface_point(random), closeness);
         let azimuth = random.range(0.0, std::f32::consts::TAU);
         let elevation = random.range(3f32.to_radians().sin(), 65f32.to_radians().sin()).asin();
         let (sin, cos) = elevation.sin_cos();
         let towards = Vec3::new(cos * azimuth.sin(), sin, cos * azimuth.cos());
-        let eye = target + distance * towards;
-        let seen = closeness < 1.0 || self.sees(eye, target);
-        (eye.y > self.content.min.y + 0.02 * radius && seen).then_some((eye, target))
+        let lowest = self.content.min.y + 0.02 * radius;
+        (0..8).find_map(|_| {
+            let target = self.content.centre().lerp(self.surface_point(random), closeness);
+            let eye = target + distance * towards;
+            (eye.y > lowest && (closeness < 1.0 || self.sees(eye, target))).then_some((eye, target))
+        })
     }
 
     /// Above a floor: a share of the room's height under a ceiling, of the scene's height under the sky.
@@ -213,7 +227,7 @@ impl<'a> Stage<'a> {
 
     /// A point of the scene that `eye` sees within a range of pitch [degrees].
     fn look(&self, eye: Vec3, pitch_deg: (f32, f32), random: &mut Random) -> Option<Vec3> {
-        (0..8).map(|_| self.surface_point(random)).find(|&p| {
+        (0..16).map(|_| self.surface_point(random)).find(|&p| {
             let pitch = (p - eye).normalize_or_zero().y.asin().to_degrees();
             (pitch_deg.0..pitch_deg.1).contains(&pitch) && self.sees(eye, p)
         })
