@@ -25,7 +25,7 @@ pub(super) struct Stage<'a> {
     content: Bounds,
     /// Running sum of the areas of the triangles, without the ground.
     area: Vec<f32>,
-    /// Whether most of the scene can be seen from above.
+    /// Whether most of the scene has no roof.
     open: bool,
     /// Whether the winding tells insides from outsides.
     wound: bool,
@@ -94,7 +94,8 @@ impl<'a> Stage<'a> {
     }
 
     fn attempt(&self, recipe: &Recipe, random: &mut Random) -> std::result::Result<View, Flaw> {
-        let (mut view, manner) = self.propose(probe_size(recipe), random).ok_or(Flaw::Nowhere)?;
+        let manner = self.manner(random);
+        let mut view = self.propose(manner, probe_size(recipe), random).ok_or(Flaw::Nowhere)?;
         let surface = gbuffer::render(self.tracer, &view).map_err(|_| Flaw::Nowhere)?;
         let median = judge(&surface, self.subject(), &self.taste(manner))?;
         view.radius = match recipe.radius {
@@ -113,11 +114,13 @@ impl<'a> Stage<'a> {
     }
 
     /// False where most views that are good otherwise show backs: such a scene is wound the wrong way or no way.
+    /// Scenes without a roof are asked from outside, so that views from below their ground do not count.
     fn is_wound(&self) -> bool {
         let mut random = Random::of_frame(1, &self.spec.name, u32::MAX);
         let (mut good, mut backs) = (0, 0);
         for _ in 0..WINDING_PROBES {
-            let Some((view, manner)) = self.propose((96, 54), &mut random) else { continue };
+            let manner = if self.open { Manner::Around } else { self.manner(&mut random) };
+            let Some(view) = self.propose(manner, (96, 54), &mut random) else { continue };
             let Ok(surface) = gbuffer::render(self.tracer, &view) else { continue };
             let taste = self.taste(manner);
             let verdict = |backface| judge(&surface, self.subject(), &Taste { backface, ..taste });
@@ -132,7 +135,7 @@ impl<'a> Stage<'a> {
         Taste {
             background: if outside || self.open { 0.6 } else { 0.4 },
             content: 0.1,
-            backface: if self.wound { 0.7 } else { 1.0 },
+            backface: if self.wound { 0.3 } else { 1.0 },
             median_depth: if outside { 0.2 } else { 0.08 },
             near: 0.2,
             near_share: 0.25,
@@ -151,8 +154,7 @@ impl<'a> Stage<'a> {
         if draw < 0.8 { Manner::Standing } else { Manner::Flying }
     }
 
-    fn propose(&self, (width, height): (usize, usize), random: &mut Random) -> Option<(View, Manner)> {
-        let manner = self.manner(random);
+    fn propose(&self, manner: Manner, (width, height): (usize, usize), random: &mut Random) -> Option<View> {
         let fov_y_deg = random.range(35.0, 90.0);
         let (eye, target) = match manner {
             Manner::Around => self.around(fov_y_deg, random)?,
@@ -166,7 +168,7 @@ impl<'a> Stage<'a> {
             }
             Manner::Given(camera) => self.given(camera, random),
         };
-        let view = View {
+        Some(View {
             eye: eye.into(),
             target: target.into(),
             up: [0.0, 1.0, 0.0],
@@ -177,8 +179,7 @@ impl<'a> Stage<'a> {
             near: 1e-3 * self.radius(),
             far: f32::INFINITY,
             radius: self.radius(),
-        };
-        Some((view, manner))
+        })
     }
 
     /// From outside: overviews look at the middle, close-ups at a point of the surface.
@@ -255,13 +256,12 @@ impl<'a> Stage<'a> {
         self.tracer.closest(origin.into(), direction.into(), f32::INFINITY).map(|hit| hit.t)
     }
 
-    /// Share of the surface that sees the sky straight above.
+    /// Share of the scene's box that has only sky above.
     fn sky_share(&self) -> f32 {
         let mut random = Random::of_frame(0, &self.spec.name, u32::MAX);
         let tries = 256;
-        let lift = 1e-3 * self.radius() * Vec3::Y;
-        let open =
-            (0..tries).filter(|_| self.reach(self.surface_point(&mut random) + lift, Vec3::Y).is_none());
+        let point = |random: &mut Random| random.within(self.content.min, self.content.max);
+        let open = (0..tries).filter(|_| self.reach(point(&mut random), Vec3::Y).is_none());
         open.count() as f32 / tries as f32
     }
 }
