@@ -201,3 +201,16 @@ fn normals_and_depth_follow_the_definition() {
     let (surface, _) = trace(&floor(1.0), &parallel, Sampling { spp: 1, seed: 0 });
     assert!((surface.gbuffer.depth()[40] - (target - eye).length()).abs() < 1e-5);
 }
+
+#[test]
+fn a_floor_through_the_origin_does_not_shadow_itself_whatever_its_size() {
+    for half in (0..64).map(|i| 1.1f32.powi(i)) {
+        let eye = 0.1 * half * Vec3::new(1.0, 0.7, 0.3);
+        let wide = View { fov_y_deg: 60.0, ..view(eye, Vec3::ZERO, 0.1 * half) };
+        let (surface, ao) = trace(&floor(half), &wide, Sampling { spp: 16, seed: 7 });
+        assert!(
+            (0..81).all(|i| !surface.gbuffer.is_foreground(i) || ao.visibility()[i] == 1.0),
+            "half {half}"
+        );
+    }
+}
