@@ -1,14 +1,17 @@
 //! What needs a scene, a disk or a gradient: scenes, ray-traced reference, frames, datasets,
 //! evaluation and training. Data flows one way: scene -> G-buffer -> AO -> table.
 
-pub mod dataset;
+pub mod atomic_file;
 pub mod dataset;
 pub mod error;
+mod exr_file;
 pub mod frame;
 pub mod gbuffer;
 pub mod reference;
 pub mod scene;
 pub mod trace;
+#[cfg(feature = "train")]
+pub mod train;
 pub mod view;
 
 pub use error::{Error, Result};

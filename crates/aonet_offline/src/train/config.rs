@@ -1,0 +1,116 @@
+//! What a training run is: a JSON file that, with a dataset and a seed, gives the same weights again.
+
+use crate::error::{Error, Result};
+use aonet::net::ModelConfig;
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+
+/// A training run. AO-Net §3.4 and §4.1 where the paper speaks.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TrainConfig {
+    /// The network.
+    pub model: ModelConfig,
+    /// Optimiser steps.
+    pub steps: u64,
+    /// Crops a step. The paper: 16.
+    pub batch: usize,
+    /// Side of the square crops [px]; a multiple of the network's alignment.
+    pub crop: usize,
+    /// Adam's learning rate at the first step; decays to zero along a half cosine. The paper: 1e-3.
+    pub learning_rate: f64,
+    /// Weights of the loss terms.
+    pub loss: LossConfig,
+    /// Random symmetries of the crops.
+    pub augment: Augment,
+    /// Seed of the weights and of every crop.
+    pub seed: u64,
+    /// Steps between validations.
+    pub validate_every: u64,
+    /// Most validation frames looked at, evenly spread over the split.
+    pub validation_frames: usize,
+    /// Steps between checkpoints.
+    pub checkpoint_every: u64,
+}
+
+/// Eq. 5: `perceptual` is lambda_1, `dssim` is lambda_2. `l1` is ours: SSIM and VGG are weak on absolute brightness.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LossConfig {
+    /// Weight of 0.5 (1 - SSIM), Eq. 3. The paper: 0.94.
+    pub dssim: f64,
+    /// Weight of the VGG-19 distance, Eq. 4; needs a weights file at run time. The paper: 0.06.
+    pub perceptual: f64,
+    /// VGG-19 activations compared, such as `relu2_2`.
+    pub vgg_layers: Vec<String>,
+    /// Weight of the mean absolute error.
+    pub l1: f64,
+}
+
+/// Symmetries that leave the meaning of a frame unchanged; normals are turned with the image.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Augment {
+    /// Mirror every other crop left to right.
+    pub mirror: bool,
+    /// Share of the crops that are rolled by 90, 180 or 270 degrees, in [0, 1].
+    pub roll: f64,
+}
+
+impl TrainConfig {
+    /// The paper's settings for a network: Eq. 5, batch 16, crops of 256.
+    pub fn paper(model: ModelConfig) -> Self {
+        Self {
+            model,
+            steps: 40_000,
+            batch: 16,
+            crop: 256,
+            learning_rate: 1e-3,
+            loss: LossConfig { dssim: 0.94, perceptual: 0.06, vgg_layers: vec!["relu2_2".into()], l1: 0.0 },
+            augment: Augment { mirror: true, roll: 0.25 },
+            seed: 1,
+            validate_every: 500,
+            validation_frames: 48,
+            checkpoint_every: 250,
+        }
+    }
+
+    /// Reads a configuration from a JSON file.
+    ///
+    /// # Errors
+    /// When the file cannot be read or a field is missing, unknown or out of range.
+    pub fn load(path: &Path) -> Result<Self> {
+        let text = std::fs::read(path).map_err(Error::io(path))?;
+        let config: Self = serde_json::from_slice(&text).map_err(|e| Error::file(path, "a training configuration", e))?;
+        config.checked()
+    }
+
+    /// The configuration after a check of every field.
+    ///
+    /// # Errors
+    /// Names the field, what it accepts and what it holds.
+    pub fn checked(self) -> Result<Self> {
+        let graph = aonet::net::Graph::new(&self.model)?;
+        let at_least_one = |name: &str, value: u64| match value {
+            0 => Err(Error::request(format!("training {name}"), "at least 1", 0)),
+            _ => Ok(()),
+        };
+        at_least_one("steps", self.steps)?;
+        at_least_one("batch", self.batch as u64)?;
+        at_least_one("validate_every", self.validate_every)?;
+        at_least_one("checkpoint_every", self.checkpoint_every)?;
+        if self.crop < 32 || !self.crop.is_multiple_of(graph.alignment()) {
+            let expected = format!("a multiple of {} that is at least 32", graph.alignment());
+            return Err(Error::request("training crop", expected, self.crop));
+        }
+        let weights = [self.learning_rate, self.loss.dssim, self.loss.perceptual, self.loss.l1, self.augment.roll];
+        if weights.iter().any(|w| !(w.is_finite() && *w >= 0.0)) || self.learning_rate == 0.0 || self.augment.roll > 1.0 {
+            let expected = "finite learning_rate > 0, loss weights >= 0, roll in [0, 1]";
+            return Err(Error::request("training configuration", expected, format!("{weights:?}")));
+        }
+        if self.loss.dssim + self.loss.l1 + self.loss.perceptual == 0.0 {
+            return Err(Error::request("training loss", "at least one weight above zero", "none"));
+        }
+        Ok(self)
+    }
+}

@@ -1,0 +1,136 @@
+//! The graph on Burn tensors: the same operations as every other backend, with gradients.
+
+use aonet::net::graph::{FIRST_TAP, GUIDE_CHANNELS, LEAKY_SLOPE, TAPS, WINDOW};
+use aonet::net::{Activation, Graph, KernelWeights, Op, Weights};
+use burn::tensor::activation::{leaky_relu, softmax};
+use burn::tensor::module::{avg_pool2d, conv2d};
+use burn::tensor::ops::{AvgPoolOptions, ConvOptions};
+use burn::tensor::{Device, Tensor, TensorData};
+use std::collections::BTreeMap;
+
+/// A parameter on the device; biases are stored as O.
+#[derive(Debug, Clone)]
+pub(crate) enum Param {
+    /// OIHW.
+    Weight(Tensor<4>),
+    /// O.
+    Bias(Tensor<1>),
+}
+
+/// Parameters of a graph on a device, by name; leaves of the gradient tape when `device` records one.
+pub(crate) fn upload(weights: &Weights, device: &Device) -> BTreeMap<String, Param> {
+    let of = |tensor: &aonet::net::Tensor| {
+        let data = TensorData::new(tensor.values.clone(), tensor.shape.clone());
+        match tensor.shape.len() {
+            1 => Param::Bias(Tensor::from_data(data, device).require_grad()),
+            _ => Param::Weight(Tensor::from_data(data, device).require_grad()),
+        }
+    };
+    weights.tensors().iter().map(|(name, tensor)| (name.clone(), of(tensor))).collect()
+}
+
+/// The graph's raw output BxHxW (as Bx1xHxW) for features BxCxHxW whose size is a multiple of its alignment.
+pub(crate) fn forward(graph: &Graph, params: &BTreeMap<String, Param>, features: Tensor<4>) -> Tensor<4> {
+    let mut values: Vec<Tensor<4>> = Vec::with_capacity(graph.nodes().len());
+    for node in graph.nodes() {
+        let of = |value: &usize| values[*value].clone();
+        let result = match &node.op {
+            Op::Input => features.clone(),
+            Op::PatchPartition { input, patch } => patch_partition(of(input), *patch),
+            Op::PatchMerge { input, patch } => patch_merge(of(input), *patch),
+            Op::Conv { input, name, size, activation } => {
+                let x = conv(of(input), params, name, *size);
+                match activation {
+                    Activation::Linear => x,
+                    Activation::LeakyRelu => leaky_relu(x, f64::from(LEAKY_SLOPE)),
+                }
+            }
+            Op::AvgPool2 { input } => {
+                avg_pool2d(of(input), AvgPoolOptions::new([2, 2]))
+            }
+            Op::Upsample2 { input } => upsample_axis(upsample_axis(of(input), 2), 3),
+            Op::Concat { first, second } => Tensor::cat(vec![of(first), of(second)], 1),
+            Op::KernelPredict { kernels, guide, patch, weights } => {
+                kernel_predict(of(kernels), of(guide), *patch, *weights)
+            }
+        };
+        values.push(result);
+    }
+    values.pop().expect("a graph has an output")
+}
+
+fn conv(x: Tensor<4>, params: &BTreeMap<String, Param>, name: &str, size: usize) -> Tensor<4> {
+    let (Param::Weight(weight), Param::Bias(bias)) =
+        (&params[&format!("{name}.weight")], &params[&format!("{name}.bias")])
+    else {
+        unreachable!("weights have four axes and biases one")
+    };
+    let half = size / 2;
+    let options = ConvOptions::new([1, 1], [0, 0], [1, 1], 1);
+    conv2d(repeat_edge(x, (half, half)), weight.clone(), Some(bias.clone()), options)
+}
+
+/// Adds `before` and `after` copies of the first and last row and column.
+fn repeat_edge(x: Tensor<4>, (before, after): (usize, usize)) -> Tensor<4> {
+    [2, 3].into_iter().fold(x, |x, axis| {
+        let last = x.dims()[axis] - 1;
+        let mut parts = vec![x.clone().narrow(axis, 0, 1); before];
+        parts.push(x.clone());
+        parts.extend(vec![x.narrow(axis, last, 1); after]);
+        if parts.len() == 1 { parts.remove(0) } else { Tensor::cat(parts, axis) }
+    })
+}
+
+/// Written out because no GPU backend of the framework differentiates its bilinear interpolation.
+fn upsample_axis(x: Tensor<4>, axis: usize) -> Tensor<4> {
+    let n = x.dims()[axis];
+    let (first, last) = (x.clone().narrow(axis, 0, 1), x.clone().narrow(axis, n - 1, 1));
+    let before = Tensor::cat(vec![first, x.clone().narrow(axis, 0, n - 1)], axis);
+    let after = Tensor::cat(vec![x.clone().narrow(axis, 1, n - 1), last], axis);
+    let near = x * 0.75;
+    let mut dims = near.dims();
+    dims[axis] *= 2;
+    let even = near.clone() + before * 0.25;
+    let odd = near + after * 0.25;
+    Tensor::stack::<5>(vec![even, odd], axis + 1).reshape(dims)
+}
+
+fn patch_partition(x: Tensor<4>, p: usize) -> Tensor<4> {
+    let [b, c, h, w] = x.dims();
+    x.reshape([b, c, h / p, p, w / p, p]).permute([0, 1, 3, 5, 2, 4]).reshape([b, c * p * p, h / p, w / p])
+}
+
+fn patch_merge(x: Tensor<4>, p: usize) -> Tensor<4> {
+    let [b, c, h, w] = x.dims();
+    let c = c / (p * p);
+    x.reshape([b, c, p, p, h, w]).permute([0, 1, 4, 2, 5, 3]).reshape([b, c, h * p, w * p])
+}
+
+/// AO-Net §3.3, Eq. 2. Everything stays at the kernels' resolution: pixels of a patch are channels.
+fn kernel_predict(kernels: Tensor<4>, guide: Tensor<4>, patch: usize, weights: KernelWeights) -> Tensor<4> {
+    let [b, _, h, w] = kernels.dims();
+    let pixels = patch * patch;
+    let kernels = kernels.reshape([b, pixels, TAPS, h, w]);
+    let kernels = match weights {
+        KernelWeights::Softmax => {
+            let by_component = kernels.reshape([b, pixels, TAPS / GUIDE_CHANNELS, GUIDE_CHANNELS, h * w]);
+            softmax(by_component, 2).reshape([b, pixels, TAPS, h, w])
+        }
+        KernelWeights::Linear | KernelWeights::Off => kernels,
+    };
+    let weighed = kernels * neighbourhoods(guide, patch);
+    patch_merge(weighed.sum_dim(2).reshape([b, pixels, h, w]) / GUIDE_CHANNELS as f64, patch)
+}
+
+/// The 4x4 neighbourhood of every normal: B x patch² x 48 x H/patch x W/patch.
+fn neighbourhoods(guide: Tensor<4>, patch: usize) -> Tensor<5> {
+    let [b, _, height, width] = guide.dims();
+    let (h, w) = (height / patch, width / patch);
+    let before = FIRST_TAP.unsigned_abs();
+    let padded = repeat_edge(guide.narrow(1, 0, GUIDE_CHANNELS), (before, WINDOW - 1 - before));
+    let tap = |t: usize| {
+        let shifted = padded.clone().narrow(2, t / WINDOW, height).narrow(3, t % WINDOW, width);
+        patch_partition(shifted, patch).reshape([b, GUIDE_CHANNELS, patch * patch, h, w]).swap_dims(1, 2)
+    };
+    Tensor::cat((0..WINDOW * WINDOW).map(tap).collect(), 2)
+}

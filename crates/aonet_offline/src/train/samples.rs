@@ -1,0 +1,225 @@
+//! Training frames in memory, and the crops drawn from them.
+
+use super::config::{Augment, TrainConfig};
+use crate::dataset::Manifest;
+use crate::dataset::FrameEntry;
+use crate::error::{Error, Result};
+use crate::frame::{Frame, FrameHints};
+use aonet::AoParams;
+use aonet::net::Features;
+use aonet::net::features::write_features;
+use half::f16;
+use rayon::prelude::*;
+
+/// Features and reference of a frame as half floats: 8 or 10 bytes a pixel.
+pub(crate) struct Sample {
+    pub(crate) width: usize,
+    pub(crate) height: usize,
+    /// CxHxW.
+    features: Vec<f16>,
+    /// HxW visibility.
+    target: Vec<f16>,
+}
+
+/// A square crop: features CxSxS, target SxS, 1 where geometry is seen SxS.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Crop {
+    pub(crate) features: Vec<f32>,
+    pub(crate) target: Vec<f32>,
+    pub(crate) foreground: Vec<f32>,
+}
+
+/// Crops with less geometry than this are drawn again, a few times. guess
+const LEAST_FOREGROUND: f32 = 0.3;
+const DRAWS: u64 = 6;
+
+impl Sample {
+    /// Reads a frame of a dataset.
+    ///
+    /// # Errors
+    /// When the file is broken or holds no reference.
+    pub(crate) fn load(manifest: &Manifest, entry: &FrameEntry, features: Features) -> Result<Self> {
+        let path = manifest.path(entry);
+        let hints = FrameHints { view: Some(entry.view.clone()), radius: Some(entry.radius), ..FrameHints::default() };
+        let frame = Frame::load(&path, &hints)?;
+        let ao = frame.ao.ok_or_else(|| Error::file(&path, "a channel `ao`", "none"))?;
+        let (width, height) = (frame.gbuffer.width(), frame.gbuffer.height());
+        let mut planes = vec![0.0; features.channels() * width * height];
+        let params = AoParams::new(entry.radius).map_err(Error::in_file(&path))?;
+        write_features(features, (&frame.gbuffer, params), &mut planes, (width, width * height));
+        Ok(Self { width, height, features: to_half(&planes), target: to_half(ao.visibility()) })
+    }
+
+    /// Mean visibility over the whole frame.
+    pub(crate) fn mean(&self) -> f64 {
+        self.target.iter().map(|v| f64::from(v.to_f32())).sum::<f64>() / self.target.len() as f64
+    }
+
+    /// The crop with top-left corner (x, y), turned by `symmetry`.
+    fn crop(&self, (x, y, side): (usize, usize, usize), symmetry: Symmetry) -> Crop {
+        let plane = self.width * self.height;
+        let channels = self.features.len() / plane;
+        let area = side * side;
+        let mut crop = Crop { features: vec![0.0; channels * area], target: vec![0.0; area], foreground: vec![0.0; area] };
+        for row in 0..side {
+            for column in 0..side {
+                let (r, c) = symmetry.source(row, column, side);
+                let from = (y + r) * self.width + x + c;
+                let to = row * side + column;
+                let normal = [0, 1, 2].map(|k| self.features[k * plane + from].to_f32());
+                crop.foreground[to] = f32::from(normal != [0.0; 3]);
+                let normal = symmetry.normal(normal);
+                (0..3).for_each(|k| crop.features[k * area + to] = normal[k]);
+                (3..channels).for_each(|k| crop.features[k * area + to] = self.features[k * plane + from].to_f32());
+                crop.target[to] = self.target[from].to_f32();
+            }
+        }
+        crop
+    }
+}
+
+fn to_half(values: &[f32]) -> Vec<f16> {
+    values.iter().map(|v| f16::from_f32(*v)).collect()
+}
+
+/// A symmetry of the image plane: first mirrored left to right, then rolled counter-clockwise.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Symmetry {
+    pub(crate) mirror: bool,
+    pub(crate) quarter_turns: u64,
+}
+
+impl Symmetry {
+    /// Where pixel (`row`, `column`) of the result comes from.
+    fn source(self, row: usize, column: usize, side: usize) -> (usize, usize) {
+        let last = side - 1;
+        let (row, column) = match self.quarter_turns {
+            0 => (row, column),
+            1 => (column, last - row),
+            2 => (last - row, last - column),
+            _ => (last - column, row),
+        };
+        (row, if self.mirror { last - column } else { column })
+    }
+
+    /// The same symmetry on a view-space normal (+x right, +y up).
+    fn normal(self, [x, y, z]: [f32; 3]) -> [f32; 3] {
+        let x = if self.mirror { -x } else { x };
+        match self.quarter_turns {
+            0 => [x, y, z],
+            1 => [-y, x, z],
+            2 => [-x, -y, z],
+            _ => [y, -x, z],
+        }
+    }
+}
+
+/// Reads every frame of `entries` on all cores; `progress` is called once a frame.
+///
+/// # Errors
+/// When a frame is broken or smaller than the crop.
+pub(crate) fn load_all(
+    manifest: &Manifest,
+    entries: &[&FrameEntry],
+    config: &TrainConfig,
+    progress: &(dyn Fn() + Sync),
+) -> Result<Vec<Sample>> {
+    let load = |entry: &&FrameEntry| {
+        let sample = Sample::load(manifest, entry, config.model.features)?;
+        if sample.width < config.crop || sample.height < config.crop {
+            let expected = format!("a frame of at least {0}x{0}, the training crop", config.crop);
+            return Err(Error::file(&manifest.path(entry), expected, format!("{}x{}", sample.width, sample.height)));
+        }
+        progress();
+        Ok(sample)
+    };
+    entries.par_iter().map(load).collect()
+}
+
+/// Crop number `index` of step `step`: depends on nothing else but the seed and the frames.
+pub(crate) fn draw(samples: &[Sample], config: &TrainConfig, step: u64, index: usize) -> Crop {
+    let mut random = Random::new(config.seed, step, index as u64);
+    let mut best: Option<(f32, Crop)> = None;
+    for _ in 0..DRAWS {
+        let sample = &samples[random.below(samples.len())];
+        let x = random.below(sample.width - config.crop + 1);
+        let y = random.below(sample.height - config.crop + 1);
+        let crop = sample.crop((x, y, config.crop), symmetry(config.augment, &mut random));
+        let share = crop.foreground.iter().sum::<f32>() / crop.foreground.len() as f32;
+        if share >= LEAST_FOREGROUND {
+            return crop;
+        }
+        if best.as_ref().is_none_or(|(least, _)| share > *least) {
+            best = Some((share, crop));
+        }
+    }
+    best.expect("at least one draw").1
+}
+
+fn symmetry(augment: Augment, random: &mut Random) -> Symmetry {
+    let mirror = random.below(2) == 1 && augment.mirror;
+    let rolled = random.unit() < augment.roll;
+    let turns = 1 + random.below(3) as u64;
+    Symmetry { mirror, quarter_turns: if rolled { turns } else { 0 } }
+}
+
+/// SplitMix64 (Steele et al. 2014), keyed by seed, step and crop so that a resumed run draws the same crops.
+struct Random(u64);
+
+impl Random {
+    fn new(seed: u64, step: u64, index: u64) -> Self {
+        let mut random = Self(seed);
+        random.0 = random.next() ^ step;
+        random.0 = random.next() ^ index;
+        random
+    }
+
+    fn next(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut z = self.0;
+        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    fn unit(&mut self) -> f64 {
+        (self.next() >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    fn below(&mut self, n: usize) -> usize {
+        ((self.unit() * n as f64) as usize).min(n - 1)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Height z(x, y) = a x + b y has normal (-a, -b, 1) up to length: turning the image must turn the normal with it.
+    #[test]
+    fn symmetries_keep_normals_and_heights_consistent() {
+        let side = 5;
+        let height = |row: f32, column: f32| 0.3 * column + 0.7 * (side as f32 - 1.0 - row);
+        let normal = [-0.3, -0.7, 1.0];
+        for mirror in [false, true] {
+            for quarter_turns in 0..4 {
+                let s = Symmetry { mirror, quarter_turns };
+                let turned = |row, column| {
+                    let (r, c) = s.source(row, column, side);
+                    height(r as f32, c as f32)
+                };
+                let (dx, dy) = (turned(2, 3) - turned(2, 2), turned(1, 2) - turned(2, 2));
+                let n = s.normal(normal);
+                assert!((n[0] + dx).abs() < 1e-5 && (n[1] + dy).abs() < 1e-5, "{s:?}: {n:?} but slope {dx}, {dy}");
+            }
+        }
+    }
+
+    #[test]
+    fn crops_depend_on_seed_step_and_index_only() {
+        let draw = |seed, step, index| Random::new(seed, step, index).next();
+        assert_eq!(draw(1, 2, 3), draw(1, 2, 3));
+        let all = [draw(1, 2, 3), draw(2, 2, 3), draw(1, 3, 3), draw(1, 2, 4), draw(1, 3, 2)];
+        assert!((1..5).all(|i| !all[..i].contains(&all[i])));
+    }
+}

@@ -1,0 +1,110 @@
+//! Loss and gradients of one batch.
+
+use super::adam::Gradients;
+use super::loss::Loss;
+use super::net::{self, Param};
+use super::samples::Crop;
+use aonet::net::{Graph, Weights};
+use burn::tensor::{Device, Tensor, TensorData};
+use rayon::prelude::*;
+use std::collections::BTreeMap;
+
+/// Mean loss of a batch and its terms.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub(crate) struct Losses {
+    pub(crate) total: f64,
+    pub(crate) dssim: f64,
+    pub(crate) perceptual: f64,
+    pub(crate) l1: f64,
+}
+
+/// What turns crops into gradients: fixed for a run.
+pub(crate) struct Stepper<'a> {
+    pub(crate) graph: &'a Graph,
+    pub(crate) loss: &'a Loss,
+    pub(crate) device: &'a Device,
+    /// One single-threaded pool a worker: crops go side by side, each small enough for the caches, and the
+    /// framework's own threading stays out of the way. Empty: the whole batch at once, for a GPU.
+    pub(crate) workers: &'a [rayon::ThreadPool],
+    /// Side of the crops [px].
+    pub(crate) side: usize,
+}
+
+impl Stepper<'_> {
+    /// Mean loss and gradient over `crops`. The sums run in the order of the crops whatever the number of workers.
+    pub(crate) fn gradients(&self, weights: &Weights, crops: &[Crop]) -> (Losses, Gradients) {
+        if self.workers.is_empty() {
+            return self.of_crops(weights, crops);
+        }
+        let share = crops.len().div_ceil(self.workers.len());
+        let work: Vec<_> = crops.chunks(share).zip(self.workers).collect();
+        let one = |crop: &Crop| self.of_crops(weights, std::slice::from_ref(crop));
+        let mut results: Vec<Vec<_>> = Vec::new();
+        std::thread::scope(|scope| {
+            let threads: Vec<_> = work
+                .into_iter()
+                .map(|(crops, pool)| scope.spawn(move || pool.install(|| crops.iter().map(one).collect::<Vec<_>>())))
+                .collect();
+            results.extend(threads.into_iter().map(|t| t.join().expect("a worker does not panic")));
+        });
+        mean(results.into_iter().flatten().collect())
+    }
+
+    fn of_crops(&self, weights: &Weights, crops: &[Crop]) -> (Losses, Gradients) {
+        let params = net::upload(weights, self.device);
+        let visibility = net::forward(self.graph, &params, self.stack(crops, |c| &c.features));
+        let foreground = self.stack(crops, |c| &c.foreground);
+        let target = self.stack(crops, |c| &c.target) * foreground.clone();
+        // The background is out of the loss: both images are zero there.
+        let terms = self.loss.of(visibility * foreground, target);
+        let mut tape = terms.total.backward();
+        let mut gradients = BTreeMap::new();
+        for (name, param) in &params {
+            let values = match param {
+                Param::Weight(w) => w.grad_remove(&mut tape).map(Tensor::into_data),
+                Param::Bias(b) => b.grad_remove(&mut tape).map(Tensor::into_data),
+            };
+            let values = values.expect("every parameter is on the tape").into_vec::<f32>().expect("f32 gradients");
+            gradients.insert(name.clone(), values);
+        }
+        let scalar = |t: Option<Tensor<1>>| t.map_or(0.0, |t| f64::from(t.into_scalar::<f32>()));
+        let losses = Losses {
+            total: scalar(Some(terms.total)),
+            dssim: scalar(terms.dssim),
+            perceptual: scalar(terms.perceptual),
+            l1: scalar(terms.l1),
+        };
+        (losses, gradients)
+    }
+
+    /// BxCxSxS from one part of every crop.
+    fn stack(&self, crops: &[Crop], part: impl Fn(&Crop) -> &Vec<f32>) -> Tensor<4> {
+        let area = self.side * self.side;
+        let values: Vec<f32> = crops.iter().flat_map(|c| part(c).iter().copied()).collect();
+        let channels = values.len() / crops.len() / area;
+        Tensor::from_data(TensorData::new(values, [crops.len(), channels, self.side, self.side]), self.device)
+    }
+}
+
+fn mean(results: Vec<(Losses, Gradients)>) -> (Losses, Gradients) {
+    let share = 1.0 / results.len() as f64;
+    let mut losses = Losses::default();
+    let mut sum = Gradients::new();
+    for (l, gradients) in &results {
+        losses.total += l.total * share;
+        losses.dssim += l.dssim * share;
+        losses.perceptual += l.perceptual * share;
+        losses.l1 += l.l1 * share;
+        for (name, values) in gradients {
+            let total = sum.entry(name.clone()).or_insert_with(|| vec![0.0; values.len()]);
+            total.iter_mut().zip(values).for_each(|(t, v)| *t += v * share as f32);
+        }
+    }
+    (losses, sum)
+}
+
+/// `threads` pools of one thread each.
+pub(crate) fn single_threaded_pools(threads: usize) -> Vec<rayon::ThreadPool> {
+    let pool = || rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread can be started");
+    (0..threads).into_par_iter().map(|_| pool()).collect()
+}

@@ -1,0 +1,109 @@
+//! VGG-19 features for the perceptual loss. AO-Net Eq. 4; Simonyan and Zisserman 2014, configuration E.
+
+use crate::error::{Error, Result};
+use burn::tensor::activation::relu;
+use burn::tensor::module::{conv2d, max_pool2d};
+use burn::tensor::ops::{ConvOptions, MaxPoolOptions};
+use burn::tensor::{Device, Tensor, TensorData};
+use half::f16;
+use safetensors::{Dtype, SafeTensors};
+use std::path::Path;
+
+/// Activation name, torchvision index of its convolution, output channels, whether 2x2 max pooling comes before.
+const LAYERS: [(&str, usize, usize, bool); 8] = [
+    ("relu1_1", 0, 64, false),
+    ("relu1_2", 2, 64, false),
+    ("relu2_1", 5, 128, true),
+    ("relu2_2", 7, 128, false),
+    ("relu3_1", 10, 256, true),
+    ("relu3_2", 12, 256, false),
+    ("relu3_3", 14, 256, false),
+    ("relu3_4", 16, 256, false),
+];
+
+/// ImageNet statistics of the three colour channels, as torchvision has them.
+const MEAN: [f32; 3] = [0.485, 0.456, 0.406];
+const STD: [f32; 3] = [0.229, 0.224, 0.225];
+
+/// The first convolutions of VGG-19, as deep as the deepest compared layer.
+pub(crate) struct Vgg {
+    layers: Vec<Layer>,
+    mean: Tensor<4>,
+    std: Tensor<4>,
+}
+
+struct Layer {
+    weight: Tensor<4>,
+    bias: Tensor<1>,
+    pool_before: bool,
+    compared: bool,
+}
+
+impl Vgg {
+    /// Reads `features.N.{weight,bias}` (torchvision's names, OIHW, f16 or f32) from a safetensors file.
+    ///
+    /// # Errors
+    /// When the file is no such file, or `compared` names an unknown layer.
+    pub(crate) fn load(path: &Path, compared: &[String], device: &Device) -> Result<Self> {
+        if let Some(unknown) = compared.iter().find(|name| !LAYERS.iter().any(|l| l.0 == name.as_str())) {
+            let known: Vec<_> = LAYERS.iter().map(|l| l.0).collect();
+            return Err(Error::request("loss vgg_layers", known.join(", "), unknown));
+        }
+        let deepest = LAYERS.iter().rposition(|l| compared.iter().any(|c| c == l.0));
+        let deepest = deepest.ok_or_else(|| Error::request("loss vgg_layers", "at least one layer", "none"))?;
+        let bytes = std::fs::read(path).map_err(Error::io(path))?;
+        let file = SafeTensors::deserialize(&bytes).map_err(|e| Error::file(path, "a safetensors file", e))?;
+        let mut layers = Vec::new();
+        let mut channels = 3;
+        for (name, index, out, pool_before) in LAYERS.into_iter().take(deepest + 1) {
+            let weight = values(&file, (path, &format!("features.{index}.weight")), &[out, channels, 3, 3])?;
+            let bias = values(&file, (path, &format!("features.{index}.bias")), &[out])?;
+            layers.push(Layer {
+                weight: Tensor::from_data(TensorData::new(weight, [out, channels, 3, 3]), device),
+                bias: Tensor::from_data(TensorData::new(bias, [out]), device),
+                pool_before,
+                compared: compared.iter().any(|c| c == name),
+            });
+            channels = out;
+        }
+        let constant = |v: [f32; 3]| Tensor::from_data(TensorData::new(v.to_vec(), [1, 3, 1, 1]), device);
+        Ok(Self { layers, mean: constant(MEAN), std: constant(STD) })
+    }
+
+    /// Sum over the compared layers of the root mean square difference of activations; images are Bx1xHxW in [0, 1].
+    pub(crate) fn distance(&self, x: Tensor<4>, y: Tensor<4>) -> Tensor<1> {
+        let distances = self.features(x).into_iter().zip(self.features(y)).map(|(x, y)| {
+            let difference = x - y;
+            ((difference.clone() * difference).mean() + 1e-12).sqrt()
+        });
+        distances.reduce(|a, b| a + b).expect("at least one layer is compared")
+    }
+
+    fn features(&self, image: Tensor<4>) -> Vec<Tensor<4>> {
+        let mut x = (image.repeat_dim(1, 3) - self.mean.clone()) / self.std.clone();
+        let mut compared = Vec::new();
+        for layer in &self.layers {
+            if layer.pool_before {
+                x = max_pool2d(x, MaxPoolOptions::new([2, 2]));
+            }
+            let options = ConvOptions::new([1, 1], [1, 1], [1, 1], 1);
+            x = relu(conv2d(x, layer.weight.clone(), Some(layer.bias.clone()), options));
+            if layer.compared {
+                compared.push(x.clone());
+            }
+        }
+        compared
+    }
+}
+
+fn values(file: &SafeTensors<'_>, (path, name): (&Path, &str), shape: &[usize]) -> Result<Vec<f32>> {
+    let view = file.tensor(name).map_err(|e| Error::file(path, format!("tensor {name}"), e))?;
+    if view.shape() != shape {
+        return Err(Error::file(path, format!("{name} of shape {shape:?}"), format!("{:?}", view.shape())));
+    }
+    match view.dtype() {
+        Dtype::F16 => Ok(view.data().chunks_exact(2).map(|b| f16::from_le_bytes([b[0], b[1]]).to_f32()).collect()),
+        Dtype::F32 => Ok(view.data().chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect()),
+        other => Err(Error::file(path, format!("{name} as f16 or f32"), format!("{other:?}"))),
+    }
+}
