@@ -2,6 +2,7 @@
 //! evaluation and training. Data flows one way: scene -> G-buffer -> AO -> table.
 
 pub mod atomic_file;
+pub mod dataset;
 pub mod error;
 mod exr_file;
 pub mod frame;

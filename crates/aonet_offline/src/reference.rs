@@ -77,16 +77,18 @@ impl Point {
 }
 
 /// The point of `triangle` next to `position`, moved along `geo_normal` by just more than rounding can
-/// move it back: that of the point itself, and that of a ray against a triangle of this size.
+/// move it back: that of the projection, of the point itself, and of a ray against a triangle of this size.
 // The idea of Wächter and Binder 2019, with the error bound in place of their constants.
 fn above(scene: &Scene, triangle: u32, (position, geo_normal): (Vec3A, Vec3A)) -> Vec3A {
     let [a, b, c] = corners(scene, triangle);
     let exact = geometric_normal(scene, triangle);
     let position = position.as_dvec3();
-    let on_plane = position - exact * exact.dot(position - a.as_dvec3());
+    let offset = position - a.as_dvec3();
+    let on_plane = position - exact * exact.dot(offset);
     let size = (b - a).abs().max((c - a).abs()).max((c - b).abs()).as_dvec3();
     let error = (on_plane.abs() + 4.0 * size) * f64::from(f32::EPSILON);
-    let distance = error.dot(exact.abs()).max(f64::from(f32::MIN_POSITIVE));
+    let projection_error = 8.0 * f64::EPSILON * offset.length();
+    let distance = error.dot(exact.abs()) + projection_error + f64::from(f32::MIN_POSITIVE);
     (on_plane + towards(exact, geo_normal) * distance).as_vec3a()
 }
 

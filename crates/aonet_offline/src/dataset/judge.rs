@@ -1,0 +1,105 @@
+//! Whether a view is one that a person would keep, by what its G-buffer shows.
+
+use crate::gbuffer::Surface;
+use aonet::GBuffer;
+
+/// Why a view is not kept.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
+pub enum Flaw {
+    /// No camera was found: nothing to stand on, or nothing of the scene in sight.
+    Nowhere,
+    /// Mostly background or bare ground.
+    Empty,
+    /// The camera is inside something solid: it sees backs.
+    Inside,
+    /// Something fills the image from very near.
+    Blocked,
+    /// A bare wall: neither depth nor normals change.
+    Bare,
+}
+
+impl Flaw {
+    /// All flaws, in the order in which they are looked for.
+    pub const ALL: [Self; 5] = [Self::Nowhere, Self::Empty, Self::Inside, Self::Blocked, Self::Bare];
+
+    /// A few words for a report.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Nowhere => "no place for a camera",
+            Self::Empty => "mostly background or ground",
+            Self::Inside => "inside something",
+            Self::Blocked => "a wall in the face",
+            Self::Bare => "nothing to see",
+        }
+    }
+}
+
+/// What is asked of a view. guess: set by eye on contact sheets of 101 scenes.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Taste {
+    /// Largest share of background pixels.
+    pub background: f32,
+    /// Smallest share of pixels that show the scene itself, not its ground.
+    pub content: f32,
+    /// Largest share of foreground pixels that show the back of their triangle.
+    pub backface: f32,
+    /// Smallest median depth, in radii of the scene.
+    pub median_depth: f32,
+    /// Depth below which a pixel is near, in median depths.
+    pub near: f32,
+    /// Largest share of near pixels.
+    pub near_share: f32,
+    /// Smallest share of foreground pixels at an edge of depth or normal, in an image 96 pixels wide.
+    pub edges: f32,
+}
+
+/// What a view is judged against.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Subject {
+    /// Radius of the scene's bounding sphere, without the ground [world units].
+    pub radius: f32,
+    /// Triangles from this one on are ground.
+    pub ground_from: u32,
+}
+
+/// Checks a small view; gives the median depth of its foreground [world units].
+pub(super) fn judge(surface: &Surface, subject: Subject, taste: &Taste) -> Result<f32, Flaw> {
+    let gbuffer = &surface.gbuffer;
+    let mut depth: Vec<f32> = gbuffer.depth().iter().copied().filter(|d| d.is_finite()).collect();
+    let pixels = gbuffer.depth().len() as f32;
+    let foreground = depth.len() as f32;
+    let content = surface.triangle.iter().filter(|&&t| t < subject.ground_from).count() as f32;
+    if pixels - foreground > taste.background * pixels || content < taste.content * pixels {
+        return Err(Flaw::Empty);
+    }
+    let backs = surface.backface.iter().filter(|&&b| b).count() as f32;
+    if backs > taste.backface * foreground {
+        return Err(Flaw::Inside);
+    }
+    depth.sort_unstable_by(f32::total_cmp);
+    let median = depth[depth.len() / 2];
+    let near = depth.partition_point(|&d| d < taste.near * median) as f32;
+    if median < taste.median_depth * subject.radius || near > taste.near_share * pixels {
+        return Err(Flaw::Blocked);
+    }
+    if edges(gbuffer) < taste.edges * foreground {
+        return Err(Flaw::Bare);
+    }
+    Ok(median)
+}
+
+/// Number of foreground pixels whose right or lower neighbour is another surface: its depth is off by a
+/// twentieth, or its normal by 25 degrees.
+fn edges(gbuffer: &GBuffer) -> f32 {
+    let (width, height) = (gbuffer.width(), gbuffer.height());
+    let differs = |a: usize, b: usize| {
+        let (da, db) = (gbuffer.depth()[a], gbuffer.depth()[b]);
+        let dot: f32 = gbuffer.normal()[a].iter().zip(gbuffer.normal()[b]).map(|(x, y)| x * y).sum();
+        (da - db).abs() > 0.05 * da.min(db) || dot < 0.9
+    };
+    let edge = |i: usize| {
+        let (x, y) = (i % width, i / width);
+        (x + 1 < width && differs(i, i + 1)) || (y + 1 < height && differs(i, i + width))
+    };
+    (0..width * height).filter(|&i| gbuffer.is_foreground(i) && edge(i)).count() as f32
+}

@@ -1,0 +1,235 @@
+//! The manifest of a dataset: which frames there are, and everything needed to make them again.
+
+use super::plan::{Plan, SceneSplit, Shard};
+use crate::error::{Error, Result};
+use crate::view::View;
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Component, Path, PathBuf};
+
+/// Version of the manifest's layout; other versions are refused.
+pub const FORMAT: u32 = 1;
+
+/// What a frame is for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Split {
+    /// Training.
+    Train,
+    /// Validation on scenes that no training frame shows.
+    Val,
+    /// Validation on the training scenes, as in the paper.
+    ValSeen,
+    /// Test, on scenes that neither training nor validation shows.
+    Test,
+}
+
+impl Split {
+    /// The name in manifests and commands.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Train => "train",
+            Self::Val => "val",
+            Self::ValSeen => "val_seen",
+            Self::Test => "test",
+        }
+    }
+}
+
+/// One frame of a dataset.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct FrameEntry {
+    /// The EXR file, relative to the manifest's folder, with `/` between its parts.
+    pub file: String,
+    /// Name of the scene it shows.
+    pub scene: String,
+    /// Which frame of its scene it is.
+    pub index: u32,
+    /// What it is for.
+    pub split: Split,
+    /// Camera and radius.
+    pub view: View,
+    /// AO radius [world units], the view's.
+    pub radius: f32,
+    /// Reference rays per pixel.
+    pub spp: u32,
+    /// Seed of the reference rays.
+    pub seed: u64,
+}
+
+/// The frames of a dataset or of one shard of it, complete or still growing.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Manifest {
+    /// [`FORMAT`].
+    pub format: u32,
+    /// Name and version of the program that made the frames.
+    pub tool: String,
+    /// What the whole dataset is.
+    #[serde(flatten)]
+    pub plan: Plan,
+    /// Which part of the dataset these frames are; absent for the whole.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub shard: Option<Shard>,
+    /// The frames that exist, in the order of the plan.
+    pub frames: Vec<FrameEntry>,
+    #[serde(skip)]
+    dir: PathBuf,
+}
+
+impl Manifest {
+    /// A manifest without frames.
+    pub(super) fn new(dir: &Path, plan: Plan, shard: Option<Shard>) -> Self {
+        let tool = concat!("aonet ", env!("CARGO_PKG_VERSION")).to_owned();
+        Self { format: FORMAT, tool, plan, shard, frames: Vec::new(), dir: dir.to_owned() }
+    }
+
+    /// Name of the manifest of a whole dataset, or of one shard.
+    pub fn file_name(shard: Option<Shard>) -> String {
+        match shard {
+            None => "manifest.json".into(),
+            Some(shard) => format!("manifest-{}-of-{}.json", shard.index, shard.count),
+        }
+    }
+
+    /// Reads a manifest; of a folder, its `manifest.json`.
+    ///
+    /// # Errors
+    /// When the file cannot be read or [`Manifest::from_bytes`] refuses it.
+    pub fn load(path: &Path) -> Result<Self> {
+        let path = if path.is_dir() { path.join("manifest.json") } else { path.to_owned() };
+        let bytes = std::fs::read(&path).map_err(Error::io(&path))?;
+        Self::from_bytes(&bytes, &path)
+    }
+
+    /// A manifest from JSON that was, or would be, at `path`.
+    ///
+    /// # Errors
+    /// When the bytes are no manifest of this [`FORMAT`], a value is out of range, a path leaves the
+    /// manifest's folder, a frame is listed twice, or a split mixes scenes of another.
+    pub fn from_bytes(bytes: &[u8], path: &Path) -> Result<Self> {
+        #[derive(Deserialize)]
+        struct Versioned {
+            format: u32,
+        }
+        let not_manifest = |e: serde_json::Error| Error::file(path, "a dataset manifest (JSON)", e);
+        let Versioned { format } = serde_json::from_slice(bytes).map_err(not_manifest)?;
+        if format != FORMAT {
+            return Err(Error::file(path, format!("manifest format {FORMAT}"), format!("format {format}")));
+        }
+        let mut manifest: Self = serde_json::from_slice(bytes).map_err(not_manifest)?;
+        manifest.dir = path.parent().unwrap_or(Path::new("")).to_owned();
+        manifest.check(path)?;
+        Ok(manifest)
+    }
+
+    /// Writes the manifest into its folder under a temporary name, then renames it.
+    ///
+    /// # Errors
+    /// When the file cannot be written.
+    pub fn save(&self) -> Result<()> {
+        let path = self.dir.join(Self::file_name(self.shard));
+        let mut json = serde_json::to_vec_pretty(self).map_err(|e| Error::file(&path, "JSON", e))?;
+        json.push(b'\n');
+        crate::atomic_file::write(&path, &json)
+    }
+
+    /// The folder that frame files are relative to.
+    pub fn dir(&self) -> &Path {
+        &self.dir
+    }
+
+    /// Where the file of `frame` is.
+    pub fn path(&self, frame: &FrameEntry) -> PathBuf {
+        self.dir.join(&frame.file)
+    }
+
+    /// The frames of one split, in the order of the plan.
+    pub fn frames(&self, split: Split) -> impl Iterator<Item = &FrameEntry> {
+        self.frames.iter().filter(move |f| f.split == split)
+    }
+
+    /// Number of planned frames that are not there yet.
+    pub fn missing(&self) -> usize {
+        self.plan.job_count(self.shard).saturating_sub(self.frames.len())
+    }
+
+    /// Adds a frame at its place in the order of the plan.
+    pub(super) fn insert(&mut self, frame: FrameEntry) {
+        let place = |f: &FrameEntry| (f.scene.clone(), f.index);
+        let at = self.frames.partition_point(|f| place(f) < place(&frame));
+        self.frames.insert(at, frame);
+    }
+
+    /// Whether both belong to one dataset.
+    ///
+    /// # Errors
+    /// Names the first value of the plan, or the program, that differs.
+    pub(super) fn check_same(&self, wanted: &Self) -> Result<()> {
+        let path = self.dir.join(Self::file_name(self.shard));
+        if self.tool != wanted.tool {
+            return Err(Error::file(&path, format!("frames made by {}", wanted.tool), &self.tool));
+        }
+        let json = |m: &Self| serde_json::to_value(&m.plan).map_err(|e| Error::file(&path, "a plan", e));
+        match first_difference("", &json(wanted)?, &json(self)?) {
+            None => Ok(()),
+            Some((place, wanted, found)) => {
+                Err(Error::file(&path, format!("a dataset with {place} = {wanted}"), found))
+            }
+        }
+    }
+
+    fn check(&self, path: &Path) -> Result<()> {
+        self.plan.check().map_err(|e| Error::file(path, "a valid plan", e))?;
+        if let Some(shard) = self.shard {
+            Shard::new(shard.index, shard.count).map_err(|e| Error::file(path, "a valid shard", e))?;
+        }
+        let scenes: BTreeMap<&str, SceneSplit> =
+            self.plan.scenes.iter().map(|s| (&*s.name, s.split)).collect();
+        let mut seen = BTreeSet::new();
+        for (i, frame) in self.frames.iter().enumerate() {
+            let wrong =
+                |expected: &str, found: String| Error::file(path, format!("frame {i}: {expected}"), found);
+            let parts: Vec<Component> = Path::new(&frame.file).components().collect();
+            let inside = !parts.is_empty() && parts.iter().all(|c| matches!(c, Component::Normal(_)));
+            if !inside || frame.file.contains(['\\', ':', '\0']) {
+                return Err(wrong("a file inside the manifest's folder", format!("{:?}", frame.file)));
+            }
+            if !seen.insert(&frame.file) {
+                return Err(wrong("a file of its own", format!("{} again", frame.file)));
+            }
+            let Some(scene_split) = scenes.get(&*frame.scene) else {
+                return Err(wrong("one of the manifest's scenes", format!("{:?}", frame.scene)));
+            };
+            if !scene_split.allows(frame.split) {
+                let found = format!("{} of a scene kept for {}", frame.split.name(), scene_split.name());
+                return Err(wrong("a split that its scene is for", found));
+            }
+            if frame.radius != frame.view.radius || frame.spp == 0 {
+                let found = format!("{} and {}, {} rays", frame.radius, frame.view.radius, frame.spp);
+                return Err(wrong("the view's radius and at least one ray per pixel", found));
+            }
+            frame.view.camera().map_err(|e| wrong("a valid camera", e.to_string()))?;
+            frame.view.params().map_err(|e| wrong("a valid radius", e.to_string()))?;
+        }
+        Ok(())
+    }
+}
+
+/// Where two JSON values first differ, and both values there.
+fn first_difference(place: &str, a: &Value, b: &Value) -> Option<(String, String, String)> {
+    match (a, b) {
+        (Value::Object(x), Value::Object(y)) if x.keys().eq(y.keys()) => {
+            x.iter().find_map(|(key, v)| first_difference(&format!("{place}.{key}"), v, &y[key]))
+        }
+        (Value::Array(x), Value::Array(y)) if x.len() == y.len() => x
+            .iter()
+            .zip(y)
+            .enumerate()
+            .find_map(|(i, (v, w))| first_difference(&format!("{place}[{i}]"), v, w)),
+        (Value::Array(x), Value::Array(y)) => {
+            Some((format!("{}.length", &place[1..]), x.len().to_string(), y.len().to_string()))
+        }
+        _ => (a != b).then(|| (place.trim_start_matches('.').to_owned(), a.to_string(), b.to_string())),
+    }
+}

@@ -1,0 +1,24 @@
+//! Datasets: many views of many scenes with their reference AO, and the manifest that lists them.
+//!
+//! A [`Plan`] says which frames there will be; [`generate`] makes them; a [`Manifest`] says which there
+//! are. Splits are by scene: no scene is both trained on and tested with. Frame `i` of a scene depends on
+//! the seed, the scene's name and `i` alone, never on order, shard or other scenes.
+
+pub mod catalog;
+mod generate;
+mod judge;
+mod manifest;
+mod merge;
+mod plan;
+mod random;
+mod sample;
+mod scenes;
+mod sheet;
+
+pub use generate::{Event, Summary, generate};
+pub use judge::Flaw;
+pub use manifest::{FORMAT, FrameEntry, Manifest, Split};
+pub use merge::merge;
+pub use plan::{Counts, Job, Plan, Preset, RadiusRule, Recipe, SceneSplit, Shard};
+pub use scenes::{Candidate, SceneSpec};
+pub use sheet::{contact_sheet, save_png};
