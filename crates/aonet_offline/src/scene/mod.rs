@@ -1,7 +1,13 @@
 //! A scene is one indexed triangle mesh in world space: all that ambient occlusion asks of it.
 
 pub mod gltf;
+pub mod ground;
+pub mod normals;
 pub mod procedural;
+pub mod source;
+
+pub use normals::MissingNormals;
+pub use source::SceneSource;
 
 use crate::error::{Error, Result};
 use glam::Vec3;

@@ -1,0 +1,135 @@
+//! Where a scene comes from: a file or code. What manifests and command lines name.
+
+use super::procedural::{self, Kind};
+use super::{MissingNormals, Scene, gltf};
+use crate::error::{Error, Result};
+use serde::{Deserialize, Serialize};
+use std::fmt;
+use std::path::PathBuf;
+use std::str::FromStr;
+
+/// A scene by name: `path/to/file.glb`, `path/to/file.gltf` or `procedural:KIND:SEED`. The text form parses back
+/// to the same value.
+#[derive(Debug, Clone, PartialEq, Eq, Hash, Serialize, Deserialize)]
+#[serde(try_from = "String", into = "String")]
+pub enum SceneSource {
+    /// A glTF file.
+    File(PathBuf),
+    /// A scene made from code.
+    Procedural {
+        /// What is built.
+        kind: Kind,
+        /// Which of its variants.
+        seed: u64,
+    },
+}
+
+const PREFIX: &str = "procedural:";
+
+impl SceneSource {
+    /// Reads or builds the scene. `missing` is for files: scenes from code have normals.
+    ///
+    /// # Errors
+    /// As [`gltf::load`].
+    pub fn load(&self, missing: MissingNormals) -> Result<Scene> {
+        match self {
+            Self::File(path) => gltf::load(path, missing),
+            Self::Procedural { kind, seed } => Ok(procedural::build(*kind, *seed)),
+        }
+    }
+}
+
+impl FromStr for SceneSource {
+    type Err = Error;
+
+    fn from_str(text: &str) -> Result<Self> {
+        if let Some(rest) = text.strip_prefix(PREFIX) {
+            return procedural_source(text, rest);
+        }
+        let path = PathBuf::from(text);
+        let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
+        if extension != "glb" && extension != "gltf" {
+            return Err(Error::request(
+                "scene",
+                "a .glb or .gltf file, or procedural:KIND:SEED",
+                format!("{text:?}"),
+            ));
+        }
+        Ok(Self::File(path))
+    }
+}
+
+fn procedural_source(text: &str, kind_and_seed: &str) -> Result<SceneSource> {
+    let parsed =
+        kind_and_seed.split_once(':').and_then(|(kind, seed)| Some((kind.parse().ok()?, seed.parse().ok()?)));
+    let (kind, seed) = parsed.ok_or_else(|| {
+        let kinds: Vec<String> = Kind::ALL.iter().map(ToString::to_string).collect();
+        let expected =
+            format!("procedural:KIND:SEED with a seed of 64 bits and a kind of {}", kinds.join(", "));
+        Error::request("scene", expected, format!("{text:?}"))
+    })?;
+    Ok(SceneSource::Procedural { kind, seed })
+}
+
+impl fmt::Display for SceneSource {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::File(path) => write!(f, "{}", path.display()),
+            Self::Procedural { kind, seed } => write!(f, "{PREFIX}{kind}:{seed}"),
+        }
+    }
+}
+
+impl TryFrom<String> for SceneSource {
+    type Error = Error;
+
+    fn try_from(text: String) -> Result<Self> {
+        text.parse()
+    }
+}
+
+impl From<SceneSource> for String {
+    fn from(source: SceneSource) -> Self {
+        source.to_string()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn text_and_value_round_trip() {
+        let kinds = Kind::ALL.iter().map(|kind| format!("procedural:{kind}:18446744073709551615"));
+        for text in kinds.chain(["a.glb".into(), "some folder/B.GLTF".into(), "/x/y.z.glb".into()]) {
+            let source: SceneSource = text.parse().unwrap();
+            assert_eq!(source.to_string(), text);
+            let json = serde_json::to_string(&source).unwrap();
+            assert_eq!(json, format!("{text:?}"));
+            assert_eq!(serde_json::from_str::<SceneSource>(&json).unwrap(), source);
+        }
+    }
+
+    #[test]
+    fn what_is_no_scene_is_told_what_is() {
+        for text in ["", "a.obj", "glb", "procedural", "procedural:", "procedural:nothing:1"] {
+            let message = text.parse::<SceneSource>().unwrap_err().to_string();
+            assert!(message.contains("procedural:KIND:SEED"), "{text}: {message}");
+        }
+        let kind = Kind::ALL[0];
+        for seed in ["", "-1", "1.5", "18446744073709551616", "1:2"] {
+            let message = format!("procedural:{kind}:{seed}").parse::<SceneSource>().unwrap_err().to_string();
+            assert!(message.contains(&kind.to_string()), "{seed}: {message}");
+        }
+    }
+
+    #[test]
+    fn loads_what_it_names() {
+        let missing = std::path::Path::new("no").join("such.glb");
+        let error = SceneSource::File(missing).load(MissingNormals::Flat).unwrap_err();
+        assert!(error.to_string().contains("such.glb"), "{error}");
+        let kind = Kind::ALL[0];
+        let scene = SceneSource::Procedural { kind, seed: 7 }.load(MissingNormals::Flat).unwrap();
+        assert_eq!(scene, procedural::build(kind, 7));
+    }
+}
