@@ -12,6 +12,8 @@ mod loss;
 mod net;
 mod samples;
 mod step;
+#[cfg(test)]
+mod tests;
 mod validate;
 mod vgg;
 
