@@ -22,3 +22,6 @@ pub use merge::merge;
 pub use plan::{Counts, Job, Plan, Preset, RadiusRule, Recipe, SceneSplit, Shard};
 pub use scenes::{Candidate, SceneSpec};
 pub use sheet::{contact_sheet, save_png};
+
+#[cfg(test)]
+mod tests;
