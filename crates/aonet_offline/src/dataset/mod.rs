@@ -24,4 +24,6 @@ pub use scenes::{Candidate, SceneSpec};
 pub use sheet::{contact_sheet, save_png};
 
 #[cfg(test)]
+mod fixtures;
+#[cfg(test)]
 mod tests;

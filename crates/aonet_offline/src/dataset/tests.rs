@@ -1,11 +1,12 @@
 //! Datasets as files: equal bytes whatever the shards, the interruptions and the order.
 
+use super::fixtures::{room, stack, write_glb};
 use super::*;
 use crate::frame::{Frame, FrameHints};
-use crate::scene::procedural::Kind;
 use std::collections::{BTreeMap, BTreeSet};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
+use std::sync::LazyLock;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 fn recipe(seed: u64) -> Recipe {
@@ -13,13 +14,24 @@ fn recipe(seed: u64) -> Recipe {
     Recipe { seed, frames, width: 48, height: 32, spp: 4, eval_spp: 8, ..Recipe::preset(Preset::AnyRadius) }
 }
 
+/// Four small scenes on disk, one folder for all tests.
 fn plan(seed: u64) -> Plan {
-    let scene = |kind, seed, split| SceneSpec::procedural(kind, seed, split);
+    static DIR: LazyLock<tempfile::TempDir> = LazyLock::new(|| {
+        let dir = tempfile::tempdir().unwrap();
+        for (name, scene) in [("hall", room()), ("cabin", room()), ("tower", stack()), ("attic", room())] {
+            write_glb(dir.path(), name, &scene);
+        }
+        dir
+    });
+    let scene = |name: &str, split, environment| {
+        let file = DIR.path().join(name).with_extension("glb");
+        SceneSpec::from_file(&file, split).unwrap().with_environment(environment)
+    };
     let scenes = vec![
-        scene(Kind::Hall, 0, SceneSplit::Train),
-        scene(Kind::FurnishedRoom, 1, SceneSplit::Train),
-        scene(Kind::ClutterPile, 0, SceneSplit::Val),
-        scene(Kind::FurnishedRoom, 0, SceneSplit::Test),
+        scene("hall", SceneSplit::Train, true),
+        scene("cabin", SceneSplit::Train, true),
+        scene("tower", SceneSplit::Val, false),
+        scene("attic", SceneSplit::Test, true),
     ];
     Plan::new(recipe(seed), scenes).unwrap()
 }
@@ -131,11 +143,11 @@ fn frames_depend_on_their_scene_and_not_on_others() {
     let (all, few) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
     make(all.path(), &plan(1), None);
     let mut scenes = plan(1).scenes;
-    scenes.retain(|s| s.name == "hall_0");
+    scenes.retain(|s| s.name == "hall");
     let frames = Counts { train: 2, val: 0, val_seen: 0, test: 0 };
     make(few.path(), &Plan::new(Recipe { frames, ..recipe(1) }, scenes).unwrap(), None);
     let (all, few) = (contents(all.path()), contents(few.path()));
-    for name in ["frames/hall_0/000000.exr", "frames/hall_0/000001.exr"] {
+    for name in ["frames/hall/000000.exr", "frames/hall/000001.exr"] {
         assert!(all[name] == few[name], "{name}");
     }
 }
