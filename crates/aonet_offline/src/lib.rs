@@ -4,9 +4,12 @@
 pub mod atomic_file;
 pub mod dataset;
 pub mod error;
+pub mod eval;
 mod exr_file;
 pub mod frame;
 pub mod gbuffer;
+pub mod picture;
+pub mod plot;
 pub mod reference;
 pub mod scene;
 pub mod trace;

@@ -27,25 +27,36 @@ pub fn write_features(
     out: &mut [f32],
     (row, plane): (usize, usize),
 ) {
-    let (width, height) = (gbuffer.width(), gbuffer.height());
-    for y in 0..height {
-        let normals = &gbuffer.normal()[y * width..][..width];
-        for c in 0..3 {
-            let line = &mut out[c * plane + y * row..][..width];
-            for (value, n) in line.iter_mut().zip(normals) {
-                *value = n[c];
-            }
+    let rows = FeatureRows::new(features, gbuffer, params);
+    for c in 0..features.channels() {
+        for y in 0..gbuffer.height() {
+            rows.write((c, y), &mut out[c * plane + y * row..][..gbuffer.width()]);
         }
     }
-    if features.channels() < 4 {
-        return;
+}
+
+/// The features of a frame, row by row.
+pub(crate) struct FeatureRows<'a> {
+    gbuffer: &'a GBuffer,
+    fourth: FourthChannel,
+}
+
+impl<'a> FeatureRows<'a> {
+    pub(crate) fn new(features: Features, gbuffer: &'a GBuffer, params: AoParams) -> Self {
+        Self { gbuffer, fourth: FourthChannel::new(features, gbuffer, params) }
     }
-    let scale = FourthChannel::new(features, gbuffer, params);
-    for y in 0..height {
-        let depths = &gbuffer.depth()[y * width..][..width];
-        let line = &mut out[3 * plane + y * row..][..width];
-        for (value, &depth) in line.iter_mut().zip(depths) {
-            *value = scale.of(depth);
+
+    /// Writes row `y` of channel `c`: as many values as `line` has, at most the frame's width.
+    pub(crate) fn write(&self, (c, y): (usize, usize), line: &mut [f32]) {
+        let first = y * self.gbuffer.width();
+        if c < 3 {
+            for (value, n) in line.iter_mut().zip(&self.gbuffer.normal()[first..]) {
+                *value = n[c];
+            }
+        } else {
+            for (value, &depth) in line.iter_mut().zip(&self.gbuffer.depth()[first..]) {
+                *value = self.fourth.of(depth);
+            }
         }
     }
 }

@@ -9,6 +9,7 @@ pub mod features;
 pub mod graph;
 pub mod model;
 pub mod naive;
+pub mod plan;
 pub mod weights;
 
 pub use config::{Arch, Features, KernelWeights, ModelConfig};

@@ -27,7 +27,12 @@ impl Adam {
     }
 
     /// One step: returns the new tensors.
-    pub(crate) fn update(&mut self, weights: &Weights, gradients: &Gradients, rate: f64) -> BTreeMap<String, Tensor> {
+    pub(crate) fn update(
+        &mut self,
+        weights: &Weights,
+        gradients: &Gradients,
+        rate: f64,
+    ) -> BTreeMap<String, Tensor> {
         self.step += 1;
         let power = self.step.min(i32::MAX as u64) as i32;
         let (bias1, bias2) = (1.0 - BETA1.powi(power), 1.0 - BETA2.powi(power));
@@ -60,7 +65,13 @@ mod tests {
 
     #[test]
     fn the_first_step_moves_every_weight_by_the_rate_against_its_gradient() {
-        let config = ModelConfig { encoder: vec![1], decoder: vec![], kernel: KernelWeights::Off, patch: 1, ..ModelConfig::paper() };
+        let config = ModelConfig {
+            encoder: vec![1],
+            decoder: vec![],
+            kernel: KernelWeights::Off,
+            patch: 1,
+            ..ModelConfig::paper()
+        };
         let weights = Weights::init(&Graph::new(&config).unwrap(), 3);
         let gradients: Gradients =
             weights.tensors().iter().map(|(n, t)| (n.clone(), vec![-0.02; t.values.len()])).collect();

@@ -30,14 +30,20 @@ impl State {
     pub(crate) fn save(&self, path: &Path) -> Result<()> {
         let mut entries = Vec::new();
         for (name, tensor) in self.weights.tensors() {
-            let moments = [("mean", &self.adam.mean[name]), ("square", &self.adam.square[name]), ("weight", &tensor.values)];
+            let moments = [
+                ("mean", &self.adam.mean[name]),
+                ("square", &self.adam.square[name]),
+                ("weight", &tensor.values),
+            ];
             for (kind, values) in moments {
                 let bytes: Vec<u8> = values.iter().flat_map(|v| v.to_le_bytes()).collect();
                 entries.push((format!("{kind}/{name}"), tensor.shape.clone(), bytes));
             }
         }
         let wrong = |e| Error::file(path, "tensors that fit in a file", e);
-        let views = entries.iter().map(|(name, shape, bytes)| Ok((name, TensorView::new(Dtype::F32, shape.clone(), bytes)?)));
+        let views = entries
+            .iter()
+            .map(|(name, shape, bytes)| Ok((name, TensorView::new(Dtype::F32, shape.clone(), bytes)?)));
         let views: Vec<_> = views.collect::<std::result::Result<_, _>>().map_err(wrong)?;
         let facts = [("step", self.adam.step.to_string()), ("best", self.best.to_string())];
         let facts: HashMap<_, _> = facts.into_iter().map(|(k, v)| (k.to_owned(), v)).collect();
@@ -53,18 +59,26 @@ impl State {
         let wrong = |e: safetensors::SafeTensorError| Error::file(path, "a training checkpoint", e);
         let file = SafeTensors::deserialize(&bytes).map_err(wrong)?;
         let (_, header) = SafeTensors::read_metadata(&bytes).map_err(wrong)?;
-        let fact = |key: &str| header.metadata().as_ref().and_then(|m| m.get(key)).cloned().unwrap_or_default();
+        let fact =
+            |key: &str| header.metadata().as_ref().and_then(|m| m.get(key)).cloned().unwrap_or_default();
         let missing = |_| Error::file(path, "a training checkpoint with `step` and `best`", "none");
         let step = fact("step").parse().map_err(|e: std::num::ParseIntError| missing(e.to_string()))?;
         let best = fact("best").parse().map_err(|e: std::num::ParseFloatError| missing(e.to_string()))?;
         let mut groups: HashMap<&str, BTreeMap<String, Tensor>> = HashMap::new();
         for (name, view) in file.iter() {
             let (kind, name) = name.split_once('/').unwrap_or(("", name));
-            let values = view.data().chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect();
-            groups.entry(kind).or_default().insert(name.to_owned(), Tensor { shape: view.shape().to_vec(), values });
+            let values =
+                view.data().chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect();
+            groups
+                .entry(kind)
+                .or_default()
+                .insert(name.to_owned(), Tensor { shape: view.shape().to_vec(), values });
         }
-        let mut fitting = |kind| Weights::new(graph, groups.remove(kind).unwrap_or_default()).map_err(Error::in_file(path));
-        let moments = |w: Weights| -> Gradients { w.tensors().iter().map(|(n, t)| (n.clone(), t.values.clone())).collect() };
+        let mut fitting =
+            |kind| Weights::new(graph, groups.remove(kind).unwrap_or_default()).map_err(Error::in_file(path));
+        let moments = |w: Weights| -> Gradients {
+            w.tensors().iter().map(|(n, t)| (n.clone(), t.values.clone())).collect()
+        };
         let adam = Adam { step, mean: moments(fitting("mean")?), square: moments(fitting("square")?) };
         Ok(Self { weights: fitting("weight")?, adam, best })
     }

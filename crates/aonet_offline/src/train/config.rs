@@ -81,7 +81,8 @@ impl TrainConfig {
     /// When the file cannot be read or a field is missing, unknown or out of range.
     pub fn load(path: &Path) -> Result<Self> {
         let text = std::fs::read(path).map_err(Error::io(path))?;
-        let config: Self = serde_json::from_slice(&text).map_err(|e| Error::file(path, "a training configuration", e))?;
+        let config: Self =
+            serde_json::from_slice(&text).map_err(|e| Error::file(path, "a training configuration", e))?;
         config.checked()
     }
 
@@ -103,8 +104,12 @@ impl TrainConfig {
             let expected = format!("a multiple of {} that is at least 32", graph.alignment());
             return Err(Error::request("training crop", expected, self.crop));
         }
-        let weights = [self.learning_rate, self.loss.dssim, self.loss.perceptual, self.loss.l1, self.augment.roll];
-        if weights.iter().any(|w| !(w.is_finite() && *w >= 0.0)) || self.learning_rate == 0.0 || self.augment.roll > 1.0 {
+        let weights =
+            [self.learning_rate, self.loss.dssim, self.loss.perceptual, self.loss.l1, self.augment.roll];
+        if weights.iter().any(|w| !(w.is_finite() && *w >= 0.0))
+            || self.learning_rate == 0.0
+            || self.augment.roll > 1.0
+        {
             let expected = "finite learning_rate > 0, loss weights >= 0, roll in [0, 1]";
             return Err(Error::request("training configuration", expected, format!("{weights:?}")));
         }

@@ -26,7 +26,11 @@ impl Log {
     /// When the file cannot be read or written.
     pub(crate) fn open(dir: &Path, step: u64) -> Result<Self> {
         let path = dir.join("log.jsonl");
-        let text = if path.exists() { std::fs::read_to_string(&path).map_err(Error::io(&path))? } else { String::new() };
+        let text = if path.exists() {
+            std::fs::read_to_string(&path).map_err(Error::io(&path))?
+        } else {
+            String::new()
+        };
         let known = text.lines().filter_map(|line| serde_json::from_str::<Value>(line).ok());
         let lines: Vec<Value> = known.filter(|l| l["step"].as_u64().is_some_and(|s| s <= step)).collect();
         let kept: String = lines.iter().map(|l| format!("{l}\n")).collect();
@@ -65,7 +69,12 @@ impl Log {
         let points = |key: &str| -> Vec<(f64, f64)> {
             self.lines.iter().filter_map(|l| Some((l["step"].as_f64()?, l[key].as_f64()?))).collect()
         };
-        crate::plot::training_curves(&self.dir.join("curves.svg"), &smooth(&points("loss")), &points("val_loss"), &points("val_psnr"))
+        crate::plot::training_curves(
+            &self.dir.join("curves.svg"),
+            &smooth(&points("loss")),
+            &points("val_loss"),
+            &points("val_psnr"),
+        )
     }
 }
 

@@ -39,7 +39,8 @@ impl Loss {
         let vgg = self.vgg.as_ref().filter(|_| on(self.config.perceptual));
         let perceptual = vgg.map(|vgg| vgg.distance(visibility.clone(), target.clone()));
         let l1 = on(self.config.l1).then(|| (visibility - target).abs().mean());
-        let weighted = [(&dssim, self.config.dssim), (&perceptual, self.config.perceptual), (&l1, self.config.l1)];
+        let weighted =
+            [(&dssim, self.config.dssim), (&perceptual, self.config.perceptual), (&l1, self.config.l1)];
         let total = weighted.into_iter().filter_map(|(term, weight)| Some(term.clone()? * weight));
         let total = total.reduce(|a, b| a + b).expect("a checked configuration has a term");
         Terms { total, dssim, perceptual, l1 }

@@ -95,7 +95,8 @@ pub fn train(
         ..run.facts.clone()
     };
     let workers = workers_of(run.device);
-    let stepper = Stepper { graph: &graph, loss: &loss, device: &device, workers: &workers, side: config.crop };
+    let stepper =
+        Stepper { graph: &graph, loss: &loss, device: &device, workers: &workers, side: config.crop };
 
     let checkpoint = run.dir.join("checkpoint.safetensors");
     let mut state =
@@ -121,7 +122,8 @@ pub fn train(
             let scores = validation.score(config, &state.weights)?;
             log.validation(step, &scores)?;
             events(TrainEvent::Validated(step, scores.named()));
-            let model = Model::new(config.model.clone(), state.weights.clone(), facts_at(&facts, step, &scores))?;
+            let model =
+                Model::new(config.model.clone(), state.weights.clone(), facts_at(&facts, step, &scores))?;
             if scores.loss < state.best {
                 state.best = scores.loss;
                 log::save_model(&run.dir.join("best.safetensors"), &model)?;
@@ -152,7 +154,11 @@ fn claim_dir(dir: &Path, config: &TrainConfig) -> Result<()> {
     if path.exists() {
         let found = TrainConfig::load(&path)?;
         if found != *config {
-            return Err(Error::file(&path, "the configuration of this run", "another one; choose another folder"));
+            return Err(Error::file(
+                &path,
+                "the configuration of this run",
+                "another one; choose another folder",
+            ));
         }
         return Ok(());
     }
@@ -176,7 +182,12 @@ fn workers_of(device: TrainDevice) -> Vec<rayon::ThreadPool> {
     }
 }
 
-fn loss_of(config: &TrainConfig, run: &TrainRun, device: &Device, events: &dyn Fn(TrainEvent)) -> Result<Loss> {
+fn loss_of(
+    config: &TrainConfig,
+    run: &TrainRun,
+    device: &Device,
+    events: &dyn Fn(TrainEvent),
+) -> Result<Loss> {
     let wanted = config.loss.perceptual > 0.0;
     let vgg = match &run.vgg {
         Some(path) if wanted => Some(vgg::Vgg::load(path, &config.loss.vgg_layers, device)?),
@@ -187,7 +198,11 @@ fn loss_of(config: &TrainConfig, run: &TrainRun, device: &Device, events: &dyn F
         Some(_) | None => None,
     };
     if vgg.is_none() && config.loss.dssim + config.loss.l1 == 0.0 {
-        return Err(Error::request("training loss", "VGG-19 weights, or a term besides perceptual", "neither"));
+        return Err(Error::request(
+            "training loss",
+            "VGG-19 weights, or a term besides perceptual",
+            "neither",
+        ));
     }
     Ok(Loss::new(&config.loss, config.crop, vgg, device))
 }

@@ -45,9 +45,7 @@ pub(crate) fn forward(graph: &Graph, params: &BTreeMap<String, Param>, features:
                     Activation::LeakyRelu => leaky_relu(x, f64::from(LEAKY_SLOPE)),
                 }
             }
-            Op::AvgPool2 { input } => {
-                avg_pool2d(of(input), AvgPoolOptions::new([2, 2]))
-            }
+            Op::AvgPool2 { input } => avg_pool2d(of(input), AvgPoolOptions::new([2, 2])),
             Op::Upsample2 { input } => upsample_axis(upsample_axis(of(input), 2), 3),
             Op::Concat { first, second } => Tensor::cat(vec![of(first), of(second)], 1),
             Op::KernelPredict { kernels, guide, patch, weights } => {

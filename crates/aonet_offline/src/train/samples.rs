@@ -1,8 +1,8 @@
 //! Training frames in memory, and the crops drawn from them.
 
 use super::config::{Augment, TrainConfig};
-use crate::dataset::Manifest;
 use crate::dataset::FrameEntry;
+use crate::dataset::Manifest;
 use crate::error::{Error, Result};
 use crate::frame::{Frame, FrameHints};
 use aonet::AoParams;
@@ -40,7 +40,11 @@ impl Sample {
     /// When the file is broken or holds no reference.
     pub(crate) fn load(manifest: &Manifest, entry: &FrameEntry, features: Features) -> Result<Self> {
         let path = manifest.path(entry);
-        let hints = FrameHints { view: Some(entry.view.clone()), radius: Some(entry.radius), ..FrameHints::default() };
+        let hints = FrameHints {
+            view: Some(entry.view.clone()),
+            radius: Some(entry.radius),
+            ..FrameHints::default()
+        };
         let frame = Frame::load(&path, &hints)?;
         let ao = frame.ao.ok_or_else(|| Error::file(&path, "a channel `ao`", "none"))?;
         let (width, height) = (frame.gbuffer.width(), frame.gbuffer.height());
@@ -60,7 +64,11 @@ impl Sample {
         let plane = self.width * self.height;
         let channels = self.features.len() / plane;
         let area = side * side;
-        let mut crop = Crop { features: vec![0.0; channels * area], target: vec![0.0; area], foreground: vec![0.0; area] };
+        let mut crop = Crop {
+            features: vec![0.0; channels * area],
+            target: vec![0.0; area],
+            foreground: vec![0.0; area],
+        };
         for row in 0..side {
             for column in 0..side {
                 let (r, c) = symmetry.source(row, column, side);
@@ -70,7 +78,8 @@ impl Sample {
                 crop.foreground[to] = f32::from(normal != [0.0; 3]);
                 let normal = symmetry.normal(normal);
                 (0..3).for_each(|k| crop.features[k * area + to] = normal[k]);
-                (3..channels).for_each(|k| crop.features[k * area + to] = self.features[k * plane + from].to_f32());
+                (3..channels)
+                    .for_each(|k| crop.features[k * area + to] = self.features[k * plane + from].to_f32());
                 crop.target[to] = self.target[from].to_f32();
             }
         }
@@ -128,7 +137,11 @@ pub(crate) fn load_all(
         let sample = Sample::load(manifest, entry, config.model.features)?;
         if sample.width < config.crop || sample.height < config.crop {
             let expected = format!("a frame of at least {0}x{0}, the training crop", config.crop);
-            return Err(Error::file(&manifest.path(entry), expected, format!("{}x{}", sample.width, sample.height)));
+            return Err(Error::file(
+                &manifest.path(entry),
+                expected,
+                format!("{}x{}", sample.width, sample.height),
+            ));
         }
         progress();
         Ok(sample)
@@ -210,7 +223,10 @@ mod tests {
                 };
                 let (dx, dy) = (turned(2, 3) - turned(2, 2), turned(1, 2) - turned(2, 2));
                 let n = s.normal(normal);
-                assert!((n[0] + dx).abs() < 1e-5 && (n[1] + dy).abs() < 1e-5, "{s:?}: {n:?} but slope {dx}, {dy}");
+                assert!(
+                    (n[0] + dx).abs() < 1e-5 && (n[1] + dy).abs() < 1e-5,
+                    "{s:?}: {n:?} but slope {dx}, {dy}"
+                );
             }
         }
     }

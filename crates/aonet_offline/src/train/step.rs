@@ -43,7 +43,9 @@ impl Stepper<'_> {
         std::thread::scope(|scope| {
             let threads: Vec<_> = work
                 .into_iter()
-                .map(|(crops, pool)| scope.spawn(move || pool.install(|| crops.iter().map(one).collect::<Vec<_>>())))
+                .map(|(crops, pool)| {
+                    scope.spawn(move || pool.install(|| crops.iter().map(one).collect::<Vec<_>>()))
+                })
                 .collect();
             results.extend(threads.into_iter().map(|t| t.join().expect("a worker does not panic")));
         });
@@ -64,7 +66,8 @@ impl Stepper<'_> {
                 Param::Weight(w) => w.grad_remove(&mut tape).map(Tensor::into_data),
                 Param::Bias(b) => b.grad_remove(&mut tape).map(Tensor::into_data),
             };
-            let values = values.expect("every parameter is on the tape").into_vec::<f32>().expect("f32 gradients");
+            let values =
+                values.expect("every parameter is on the tape").into_vec::<f32>().expect("f32 gradients");
             gradients.insert(name.clone(), values);
         }
         let scalar = |t: Option<Tensor<1>>| t.map_or(0.0, |t| f64::from(t.into_scalar::<f32>()));

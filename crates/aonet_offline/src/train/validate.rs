@@ -72,7 +72,8 @@ impl Validation {
 
 fn read(manifest: &Manifest, entry: &FrameEntry) -> Result<(GBuffer, AoParams, AoImage)> {
     let path = manifest.path(entry);
-    let hints = FrameHints { view: Some(entry.view.clone()), radius: Some(entry.radius), ..FrameHints::default() };
+    let hints =
+        FrameHints { view: Some(entry.view.clone()), radius: Some(entry.radius), ..FrameHints::default() };
     let frame = Frame::load(&path, &hints)?;
     let ao = frame.ao.ok_or_else(|| Error::file(&path, "a channel `ao`", "none"))?;
     Ok((frame.gbuffer, AoParams::new(entry.radius).map_err(Error::in_file(&path))?, ao))

@@ -50,9 +50,11 @@ impl Vgg {
             return Err(Error::request("loss vgg_layers", known.join(", "), unknown));
         }
         let deepest = LAYERS.iter().rposition(|l| compared.iter().any(|c| c == l.0));
-        let deepest = deepest.ok_or_else(|| Error::request("loss vgg_layers", "at least one layer", "none"))?;
+        let deepest =
+            deepest.ok_or_else(|| Error::request("loss vgg_layers", "at least one layer", "none"))?;
         let bytes = std::fs::read(path).map_err(Error::io(path))?;
-        let file = SafeTensors::deserialize(&bytes).map_err(|e| Error::file(path, "a safetensors file", e))?;
+        let file =
+            SafeTensors::deserialize(&bytes).map_err(|e| Error::file(path, "a safetensors file", e))?;
         let mut layers = Vec::new();
         let mut channels = 3;
         for (name, index, out, pool_before) in LAYERS.into_iter().take(deepest + 1) {
@@ -102,8 +104,12 @@ fn values(file: &SafeTensors<'_>, (path, name): (&Path, &str), shape: &[usize]) 
         return Err(Error::file(path, format!("{name} of shape {shape:?}"), format!("{:?}", view.shape())));
     }
     match view.dtype() {
-        Dtype::F16 => Ok(view.data().chunks_exact(2).map(|b| f16::from_le_bytes([b[0], b[1]]).to_f32()).collect()),
-        Dtype::F32 => Ok(view.data().chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect()),
+        Dtype::F16 => {
+            Ok(view.data().chunks_exact(2).map(|b| f16::from_le_bytes([b[0], b[1]]).to_f32()).collect())
+        }
+        Dtype::F32 => {
+            Ok(view.data().chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect())
+        }
         other => Err(Error::file(path, format!("{name} as f16 or f32"), format!("{other:?}"))),
     }
 }

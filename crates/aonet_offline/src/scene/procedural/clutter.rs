@@ -12,7 +12,7 @@ use std::f32::consts::TAU;
 pub(super) fn pile(rng: &mut Rng) -> Mesh {
     let scale = rng.range(0.6, 1.6);
     let half = rng.range(1.2, 2.0) * scale;
-    let (bowl_depth, noise) = (rng.range(0.0, 0.3) * scale, Noise(rng.below(1 << 30) as u64));
+    let (bowl_depth, noise) = (rng.range(0.0, 0.3) * scale, Noise::new(rng));
     let bumps = if rng.chance(0.5) { 0.0 } else { rng.range(0.02, 0.1) * scale };
     let base = |x: f32, z: f32| {
         let r = vec2(x, z).length() / half;

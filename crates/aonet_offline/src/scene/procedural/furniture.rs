@@ -160,7 +160,7 @@ pub(super) fn bed(rng: &mut Rng) -> Mesh {
 
 /// A blanket over the foot of a bed whose top is at `bed.y`, hanging over its sides in folds.
 fn blanket(bed: Vec3, rng: &mut Rng) -> Mesh {
-    let noise = super::rng::Noise(rng.below(1 << 30) as u64);
+    let noise = super::rng::Noise::new(rng);
     let (half, hang) = (0.5 * bed.x + 0.012, rng.range(0.12, 0.3));
     let from = rng.range(-0.25, 0.1) * bed.z;
     surface((60, 90), |u, v| {

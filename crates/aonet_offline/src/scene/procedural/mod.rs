@@ -3,6 +3,7 @@
 //! Metres, +Y up, ground about y = 0. Equal kinds and seeds give equal scenes on every machine.
 
 mod architecture;
+mod cave;
 mod clutter;
 mod furniture;
 mod hall;
@@ -12,9 +13,13 @@ mod plants;
 mod props;
 mod rng;
 mod room;
+mod sculpture;
 mod settle;
 mod shapes;
+mod solid;
+mod street;
 mod terrain;
+mod vehicle;
 
 use super::Scene;
 use crate::error::{Error, Result};
@@ -34,11 +39,31 @@ pub enum Kind {
     ClutterPile,
     /// Hills with trees, rocks and grass.
     Terrain,
+    /// A street with houses, cars and lamps.
+    Street,
+    /// Sculptures on plinths.
+    Sculpture,
+    /// A cave with dripstones.
+    Cave,
+    /// Arches of rock on open ground.
+    RockArch,
+    /// Tanks, pipes, gears.
+    Machine,
 }
 
 impl Kind {
     /// Every kind.
-    pub const ALL: &[Self] = &[Self::FurnishedRoom, Self::Hall, Self::ClutterPile, Self::Terrain];
+    pub const ALL: &[Self] = &[
+        Self::FurnishedRoom,
+        Self::Hall,
+        Self::ClutterPile,
+        Self::Terrain,
+        Self::Street,
+        Self::Sculpture,
+        Self::Cave,
+        Self::RockArch,
+        Self::Machine,
+    ];
 
     /// The name in snake_case.
     pub fn name(self) -> &'static str {
@@ -47,14 +72,24 @@ impl Kind {
             Self::Hall => "hall",
             Self::ClutterPile => "clutter_pile",
             Self::Terrain => "terrain",
+            Self::Street => "street",
+            Self::Sculpture => "sculpture",
+            Self::Cave => "cave",
+            Self::RockArch => "rock_arch",
+            Self::Machine => "machine",
         }
     }
 
     /// Whether walls and a ceiling surround the scene, so that a camera belongs inside.
     pub fn is_interior(self) -> bool {
         match self {
-            Self::FurnishedRoom | Self::Hall => true,
-            Self::ClutterPile | Self::Terrain => false,
+            Self::FurnishedRoom | Self::Hall | Self::Cave => true,
+            Self::ClutterPile
+            | Self::Terrain
+            | Self::Street
+            | Self::Sculpture
+            | Self::RockArch
+            | Self::Machine => false,
         }
     }
 }
@@ -77,12 +112,17 @@ impl FromStr for Kind {
 
 /// The scene of a kind; other seeds give other layouts, counts, proportions and styles.
 pub fn build(kind: Kind, seed: u64) -> Scene {
-    let mut rng = Rng::new(seed);
+    let mut rng = Rng::new(seed).of(kind.name());
     let mesh = match kind {
         Kind::FurnishedRoom => room::room(&mut rng),
         Kind::Hall => hall::hall(&mut rng),
         Kind::ClutterPile => clutter::pile(&mut rng),
         Kind::Terrain => terrain::terrain(&mut rng),
+        Kind::Street => street::street(&mut rng),
+        Kind::Sculpture => sculpture::court(&mut rng),
+        Kind::Cave => cave::cave(&mut rng),
+        Kind::RockArch => cave::arch(&mut rng),
+        Kind::Machine => machine::plant(&mut rng),
     };
     mesh.into_scene(format!("procedural:{kind}:{seed}"))
 }

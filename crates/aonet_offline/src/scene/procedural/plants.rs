@@ -133,7 +133,7 @@ pub(super) fn grass(height: f32, blades: usize, rng: &mut Rng) -> Mesh {
 
 /// A boulder of `size`: a ball cut by planes, roughened; faceted or smooth.
 pub(super) fn rock(size: Vec3, rng: &mut Rng) -> Mesh {
-    let noise = Noise(rng.below(1 << 30) as u64);
+    let noise = Noise::new(rng);
     let cuts: Vec<(Vec3, f32)> =
         (0..rng.count(5, 14)).map(|_| (rng.direction(), rng.range(0.55, 0.9))).collect();
     let rough = rng.range(0.02, 0.12);

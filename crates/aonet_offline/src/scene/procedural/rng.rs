@@ -15,6 +15,11 @@ impl Rng {
         rng
     }
 
+    /// The stream of this seed for something of that name.
+    pub(super) fn of(self, name: &str) -> Self {
+        Self(name.bytes().fold(self.0, |state, byte| mix(state ^ u64::from(byte))))
+    }
+
     fn bits(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9E37_79B9_7F4A_7C15);
         mix(self.0)
@@ -88,6 +93,13 @@ fn mix(mut z: u64) -> u64 {
     z ^ (z >> 31)
 }
 
+// lowbias32: Wellons 2018.
+fn mix32(mut h: u32) -> u32 {
+    h = (h ^ (h >> 16)).wrapping_mul(0x7FEB_352D);
+    h = (h ^ (h >> 15)).wrapping_mul(0x846C_A68B);
+    h ^ (h >> 16)
+}
+
 /// Smooth noise in [-1, 1], about one bump a unit length. Value noise on the integer lattice.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Noise(pub(super) u64);
@@ -97,16 +109,22 @@ impl Noise {
         let cell = p.floor();
         let t = p - cell;
         let t = t * t * t * (t * (t * 6.0 - 15.0) + 10.0);
-        let corner = |dx: i64, dy: i64, dz: i64| {
-            let key = (cell.x as i64 + dx).wrapping_mul(0x8DA6_B343)
-                ^ (cell.y as i64 + dy).wrapping_mul(0xD816_3841)
-                ^ (cell.z as i64 + dz).wrapping_mul(0xCB1A_B31F);
-            (mix(self.0 ^ mix(key as u64)) >> 40) as f32 / (1u64 << 23) as f32 - 1.0
+        let [x, y, z] = cell.to_array().map(|c| c as i32 as u32);
+        let corner = |dx: u32, dy: u32, dz: u32| {
+            let key = x.wrapping_add(dx).wrapping_mul(0x8DA6_B343)
+                ^ y.wrapping_add(dy).wrapping_mul(0xD816_3841)
+                ^ z.wrapping_add(dz).wrapping_mul(0xCB1A_B31F);
+            (mix32(key ^ self.0 as u32) >> 8) as f32 / (1u32 << 23) as f32 - 1.0
         };
         let lerp = |a: f32, b: f32, t: f32| a + (b - a) * t;
         let edge = |dy, dz| lerp(corner(0, dy, dz), corner(1, dy, dz), t.x);
         let face = |dz| lerp(edge(0, dz), edge(1, dz), t.y);
         lerp(face(0), face(1), t.z)
+    }
+
+    /// Noise drawn from `rng`.
+    pub(super) fn new(rng: &mut Rng) -> Self {
+        Self(rng.bits())
     }
 
     /// Sum of `octaves` of noise, each twice as fine and half as strong.

@@ -115,9 +115,11 @@ fn walls(room: &mut Room, rng: &mut Rng) {
             room.mesh.add(&window(hi - lo, thick, rng), at);
             if rng.chance(0.5) {
                 let drop = if lo.y < 0.5 || rng.chance(0.7) { hi.y + 0.1 } else { hi.y - lo.y + 0.25 };
+                room.claim_front(side, 0.5 * (lo.x + hi.x), vec2(hi.x - lo.x + 0.3, 0.16));
                 let at = at.shift(0.0, hi.y - lo.y + 0.12, 0.5 * thick + 0.1);
                 room.mesh.add(&curtains(hi.x - lo.x + 0.3, drop, rng), at);
             } else if lo.y > 0.6 && rng.chance(0.6) {
+                room.claim_front(side, 0.5 * (lo.x + hi.x), vec2(hi.x - lo.x, 0.17));
                 let at = at.shift(0.0, 0.12 - lo.y, 0.5 * thick + 0.1);
                 room.mesh.add(&radiator(0.9 * (hi.x - lo.x), lo.y - 0.22), at);
             }
@@ -140,7 +142,7 @@ fn curtains(width: f32, drop: f32, rng: &mut Rng) -> Mesh {
     let mut mesh = Mesh::default();
     let rod = super::shapes::cylinder((0.012, 0.012), width + 0.2, 12);
     mesh.add(&rod, Pose::at(0.5 * width + 0.1, 0.0, 0.0).roll(FRAC_PI_2));
-    let noise = super::rng::Noise(rng.below(1 << 30) as u64);
+    let noise = super::rng::Noise::new(rng);
     let (folds, deep) = (rng.range(5.0, 11.0), rng.range(0.02, 0.045));
     let closed = rng.range(0.2, 0.5);
     for side in [-1.0f32, 1.0] {
@@ -148,8 +150,9 @@ fn curtains(width: f32, drop: f32, rng: &mut Rng) -> Mesh {
             let gather = 1.0 - 0.25 * (u * PI).min(PI - u * PI).max(0.0) / PI;
             let phase = v * folds * TAU + 1.5 * noise.at(vec3(v * 4.0, u * 1.5, side));
             let z = turn(phase).y * deep * (0.6 + 0.5 * u);
-            let across = v * closed * width * gather;
-            vec3(side * (0.5 * width - across), -u * drop, side.signum() * 0.0 + z)
+            let from_middle = if side > 0.0 { 1.0 - v } else { v };
+            let across = from_middle * closed * width * gather;
+            vec3(side * (0.5 * width - across), -u * drop, z)
         });
         mesh.add(&cloth, Pose::IDENTITY);
     }

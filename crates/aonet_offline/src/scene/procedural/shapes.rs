@@ -234,13 +234,7 @@ pub(super) fn moulding(path: &[Vec3], section: &[Vec2], closed: bool) -> Mesh {
 /// A counter-clockwise `outline` in x, y extruded along z by `depth` about z = 0, edges cut by `bevel`.
 pub(super) fn extrude(outline: &[Vec2], depth: f32, bevel: f32) -> Mesh {
     let n = outline.len();
-    let inset = |k: usize| {
-        let before = (outline[k] - outline[(k + n - 1) % n]).normalize_or_zero();
-        let after = (outline[(k + 1) % n] - outline[k]).normalize_or_zero();
-        let inward = (before + after).normalize_or(after).perp();
-        outline[k] + inward * (bevel / inward.dot(after.perp()).max(0.5))
-    };
-    let small: Vec<Vec2> = if bevel > 0.0 { (0..n).map(inset).collect() } else { outline.to_vec() };
+    let small = if bevel > 0.0 { inset(outline, bevel) } else { outline.to_vec() };
     let h = 0.5 * depth;
     let rings: Vec<(&[Vec2], f32)> = if bevel > 0.0 {
         vec![(&small, -h), (outline, bevel - h), (outline, h - bevel), (&small, h)]
@@ -257,6 +251,40 @@ pub(super) fn extrude(outline: &[Vec2], depth: f32, bevel: f32) -> Mesh {
         mesh.push([small[a].extend(-h), small[c].extend(-h), small[b].extend(-h)]);
     }
     mesh.shade(30.0)
+}
+
+/// The corners of a counter-clockwise outline moved inwards by `width`.
+pub(super) fn inset(outline: &[Vec2], width: f32) -> Vec<Vec2> {
+    let n = outline.len();
+    let corner = |k: usize| {
+        let before = (outline[k] - outline[(k + n - 1) % n]).normalize_or_zero();
+        let after = (outline[(k + 1) % n] - outline[k]).normalize_or_zero();
+        let inward = (before + after).normalize_or(after).perp();
+        outline[k] + inward * (width / inward.dot(after.perp()).max(0.5))
+    };
+    (0..n).map(corner).collect()
+}
+
+/// A flat ring between two counter-clockwise outlines of equal length, `depth` thick along z about
+/// z = 0, edges cut by `bevel`.
+pub(super) fn ring(outer: &[Vec2], inner: &[Vec2], (depth, bevel): (f32, f32)) -> Mesh {
+    let (n, h) = (outer.len(), 0.5 * depth);
+    let corner = |k: usize, row: usize| {
+        let (out, hole) = (outer[k % n], inner[k % n]);
+        let across = (out - hole).normalize_or_zero() * bevel;
+        match row % 8 {
+            0 => (out - across).extend(-h),
+            1 => out.extend(bevel - h),
+            2 => out.extend(h - bevel),
+            3 => (out - across).extend(h),
+            4 => (hole + across).extend(h),
+            5 => hole.extend(h - bevel),
+            6 => hole.extend(bevel - h),
+            _ => (hole + across).extend(-h),
+        }
+    };
+    let at = |u: f32, v: f32| corner((u * n as f32).round() as usize, (v * 8.0).round() as usize);
+    grid((n, 8), at).shade(30.0)
 }
 
 /// Ear clipping of a simple counter-clockwise polygon.

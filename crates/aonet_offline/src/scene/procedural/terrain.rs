@@ -31,11 +31,7 @@ impl Land {
 /// A piece of land about 30 m across.
 pub(super) fn terrain(rng: &mut Rng) -> Mesh {
     let half = rng.range(10.0, 18.0);
-    let land = Land {
-        noise: Noise(rng.below(1 << 30) as u64),
-        relief: rng.range(0.4, 2.6),
-        ridge: rng.range(0.0, 1.0),
-    };
+    let land = Land { noise: Noise::new(rng), relief: rng.range(0.4, 2.6), ridge: rng.range(0.0, 1.0) };
     let mut mesh = surface((150, 150), |u, v| {
         let p = vec2(v - 0.5, u - 0.5) * 2.0 * half;
         vec3(p.x, land.height(p), p.y)

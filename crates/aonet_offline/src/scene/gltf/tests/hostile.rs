@@ -83,8 +83,28 @@ fn any_field_may_hold_anything() {
     let mut paths = Vec::new();
     pointers(&file.json, "", &mut paths);
     let replacements = json!([
-        0, 1, 2, 3, 5, 255, u32::MAX, 1u64 << 32, u64::MAX, u64::MAX / 12, i64::MIN, -1, 1e300, -1e-300, 0.5,
-        null, true, "", "VEC3", [], {}, [0, 0]
+        0,
+        1,
+        2,
+        3,
+        5,
+        255,
+        u32::MAX,
+        1u64 << 32,
+        u64::MAX,
+        u64::MAX / 12,
+        i64::MIN,
+        -1,
+        1e300,
+        -1e-300,
+        0.5,
+        null,
+        true,
+        "",
+        "VEC3",
+        [],
+        {},
+        [0, 0]
     ]);
     let mut sound = 0;
     for path in &paths {

@@ -1,0 +1,66 @@
+//! Work over rows: an image is cut into bands, and each thread takes the next band when it is free.
+
+use super::aligned::Aligned;
+use super::pool::Pool;
+use crate::error::Result;
+use std::sync::{Mutex, PoisonError};
+
+/// Bands per thread: enough that a thread that was held up does not hold up the others for long.
+// guess: more bands cost more in the convolutions, which resample the rows next to a band again.
+const BANDS_PER_THREAD: usize = 4;
+
+/// Threads, and memory of their own for each.
+#[derive(Debug)]
+pub(super) struct Workers {
+    pool: Pool,
+    scratch: Vec<Mutex<Aligned>>,
+}
+
+/// Consecutive rows of an image.
+pub(super) struct Band<'a> {
+    /// Index of the first row.
+    pub(super) first: usize,
+    /// All values of the rows.
+    pub(super) values: &'a mut [f32],
+    /// Memory of the thread that works on the band. Holds anything.
+    pub(super) scratch: &'a mut [f32],
+}
+
+impl Workers {
+    /// `threads` threads with `scratch_len` values each.
+    ///
+    /// # Errors
+    /// When `threads` is 0, a thread cannot be started or there is not enough memory.
+    pub(super) fn new(threads: usize, scratch_len: usize) -> Result<Self> {
+        let pool = Pool::new(threads)?;
+        let scratch =
+            (0..threads).map(|_| Aligned::zeros(scratch_len).map(Mutex::new)).collect::<Result<_>>()?;
+        Ok(Self { pool, scratch })
+    }
+
+    /// Bytes of scratch memory.
+    pub(super) fn scratch_bytes(&mut self) -> usize {
+        let len = |s: &mut Mutex<Aligned>| s.get_mut().unwrap_or_else(PoisonError::into_inner).len();
+        self.scratch.iter_mut().map(len).sum::<usize>() * size_of::<f32>()
+    }
+
+    /// Calls `work` for every band of `image`, whose rows have `row_len` values.
+    pub(super) fn for_each_band(
+        &mut self,
+        image: &mut [f32],
+        row_len: usize,
+        work: impl Fn(Band<'_>) + Sync,
+    ) {
+        let rows = image.len().div_ceil(row_len);
+        let band_rows = rows.div_ceil(self.pool.threads() * BANDS_PER_THREAD);
+        let bands = Mutex::new(image.chunks_mut(band_rows * row_len).enumerate());
+        let next = || bands.lock().unwrap_or_else(PoisonError::into_inner).next();
+        let scratch = &self.scratch;
+        self.pool.run(&|thread| {
+            let mut scratch = scratch[thread].lock().unwrap_or_else(PoisonError::into_inner);
+            while let Some((i, values)) = next() {
+                work(Band { first: i * band_rows, values, scratch: &mut scratch });
+            }
+        });
+    }
+}

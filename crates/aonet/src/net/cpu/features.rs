@@ -1,0 +1,51 @@
+//! Features of a frame, padded and partitioned into patches. See [`crate::net::Op::PatchPartition`].
+
+use super::bands::{Band, Workers};
+use crate::net::features::FeatureRows;
+use crate::net::plan::{Buffer, HALO};
+
+/// Writes the features into a planar buffer.
+#[derive(Debug)]
+pub(super) struct PartitionFeatures {
+    /// Size of the frame (width, height) [px].
+    pub(super) size: (usize, usize),
+    pub(super) patch: usize,
+    pub(super) output: Buffer,
+}
+
+impl PartitionFeatures {
+    /// Values of scratch memory that a thread needs.
+    pub(super) fn scratch_len(&self) -> usize {
+        self.output.width * self.patch
+    }
+
+    /// Runs over the arena.
+    pub(super) fn run(&self, features: &FeatureRows<'_>, workers: &mut Workers, arena: &mut [f32]) {
+        let row_len = self.output.row_len();
+        workers.for_each_band(&mut arena[self.output.range()], row_len, |band| {
+            let Band { first, values, scratch } = band;
+            let line = &mut scratch[..self.scratch_len()];
+            for (i, row) in values.chunks_exact_mut(row_len).enumerate() {
+                self.row(features, (first + i, line), row);
+            }
+        });
+    }
+
+    fn row(&self, features: &FeatureRows<'_>, (y, line): (usize, &mut [f32]), row: &mut [f32]) {
+        let (patch, (width, height)) = (self.patch, self.size);
+        let pitch = self.output.width + 2 * HALO;
+        // One line of pixels becomes `patch` planes.
+        for (i, planes) in row.chunks_exact_mut(patch * pitch).enumerate() {
+            let (c, dy) = (i / patch, i % patch);
+            features.write((c, (y * patch + dy).min(height - 1)), &mut line[..width]);
+            let last = line[width - 1];
+            line[width..].fill(last);
+            for (dx, plane) in planes.chunks_exact_mut(pitch).enumerate() {
+                let of_phase = line[dx..].iter().step_by(patch);
+                plane[HALO..].iter_mut().zip(of_phase).for_each(|(cell, value)| *cell = *value);
+                plane[0] = plane[HALO];
+                plane[pitch - 1] = plane[pitch - 1 - HALO];
+            }
+        }
+    }
+}

@@ -1,0 +1,124 @@
+//! A model ready to run at one size.
+
+use super::aligned::Aligned;
+use super::bands::Workers;
+use super::conv::Conv;
+use super::features::PartitionFeatures;
+use super::head::Head;
+use super::level::{Isa, Level};
+use crate::ao_image::{AoImage, AoParams};
+use crate::error::{Error, Result};
+use crate::gbuffer::GBuffer;
+use crate::net::config::Features;
+use crate::net::features::FeatureRows;
+use crate::net::model::Model;
+use crate::net::plan::{Plan, Step};
+
+/// A network, its memory and its threads, for frames of one size.
+///
+/// Frames are f32 all the way; a result does not depend on the number of threads.
+#[derive(Debug)]
+pub struct Session {
+    plan: Plan,
+    features: Features,
+    isa: Isa,
+    workers: Workers,
+    arena: Aligned,
+    steps: Vec<Prepared>,
+}
+
+/// A step of the plan with its weights.
+#[derive(Debug)]
+enum Prepared {
+    Features(PartitionFeatures),
+    Conv(Conv),
+    Head(Head),
+}
+
+impl Session {
+    /// A session for frames of `width` x `height` [px] with the best instructions of this machine; the caller of
+    /// [`Session::run`] is one of the `threads`.
+    ///
+    /// # Errors
+    /// When a side is 0 or too large, `threads` is 0 or cannot be started, or there is not enough memory.
+    pub fn new(model: &Model, width: usize, height: usize, threads: usize) -> Result<Self> {
+        Self::with_level(model, (width, height), threads, Level::best())
+    }
+
+    /// The same with instructions of choice.
+    ///
+    /// # Errors
+    /// As [`Session::new`], and when the machine does not have the instructions.
+    pub fn with_level(model: &Model, size: (usize, usize), threads: usize, level: Level) -> Result<Self> {
+        let isa = Isa::new(level)?;
+        let plan = Plan::new(model.graph(), size.0, size.1)?;
+        let steps: Vec<_> =
+            plan.steps.iter().map(|step| Prepared::new(step, &plan, model, isa)).collect::<Result<_>>()?;
+        let scratch_len = steps.iter().map(|step| step.scratch_len(isa)).max().unwrap_or(0);
+        let workers = Workers::new(threads, scratch_len)?;
+        let arena = Aligned::zeros(plan.arena_len)?;
+        Ok(Self { features: model.config().features, plan, isa, workers, arena, steps })
+    }
+
+    /// Writes the visibility of a frame: in [0, 1], 1 on the background. Allocates nothing.
+    ///
+    /// # Errors
+    /// When the frame or the image has another size than the session.
+    pub fn run(&mut self, gbuffer: &GBuffer, params: AoParams, image: &mut AoImage) -> Result<()> {
+        let (width, height) = self.plan.size;
+        let found = [(gbuffer.width(), gbuffer.height()), (image.width(), image.height())];
+        for (what, (w, h)) in ["G-buffer of a session", "AO image of a session"].into_iter().zip(found) {
+            if (w, h) != (width, height) {
+                return Err(Error::size(what, format!("{width}x{height}"), format!("{w}x{h}")));
+            }
+        }
+        let features = FeatureRows::new(self.features, gbuffer, params);
+        for step in &self.steps {
+            match step {
+                Prepared::Features(step) => step.run(&features, &mut self.workers, &mut self.arena),
+                Prepared::Conv(conv) => conv.run(self.isa, &mut self.workers, &mut self.arena),
+                Prepared::Head(head) => {
+                    head.run(self.isa, (&mut self.workers, &self.arena), (gbuffer, image));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// What runs.
+    pub fn plan(&self) -> &Plan {
+        &self.plan
+    }
+
+    /// Bytes of activations and scratch memory; parameters and thread stacks not included.
+    pub fn memory_bytes(&mut self) -> usize {
+        self.arena.len() * size_of::<f32>() + self.workers.scratch_bytes()
+    }
+}
+
+impl Prepared {
+    fn new(step: &Step, plan: &Plan, model: &Model, isa: Isa) -> Result<Self> {
+        let weights = model.weights();
+        Ok(match step {
+            Step::Features { output, patch } => Self::Features(PartitionFeatures {
+                size: plan.size,
+                patch: *patch,
+                output: plan.buffers[*output].clone(),
+            }),
+            Step::Conv { name, sources, output, size, activation } => {
+                Self::Conv(Conv::new(plan, weights, isa, (name, sources, *output, *size, *activation))?)
+            }
+            Step::Head { name, input, guide, patch, kernel } => {
+                Self::Head(Head::new(plan, weights, isa, (name, [*input, *guide], *patch, *kernel))?)
+            }
+        })
+    }
+
+    fn scratch_len(&self, isa: Isa) -> usize {
+        match self {
+            Self::Features(step) => step.scratch_len(),
+            Self::Conv(conv) => conv.scratch_len(),
+            Self::Head(head) => head.scratch_len(isa),
+        }
+    }
+}

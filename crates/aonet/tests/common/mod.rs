@@ -1,0 +1,83 @@
+//! Frames, models and comparisons for the tests of the runtimes.
+#![allow(dead_code, reason = "each test program uses some of it")]
+
+use aonet::net::{Features, Graph, KernelWeights, Model, ModelConfig, TrainingFacts, Weights};
+use aonet::{AoImage, AoParams, Camera, GBuffer, Projection};
+
+/// Numbers in [0, 1) from a seed: xorshift64*.
+pub(crate) struct Random(u64);
+
+impl Random {
+    pub(crate) fn new(seed: u64) -> Self {
+        Self(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15) | 1)
+    }
+
+    pub(crate) fn unit(&mut self) -> f32 {
+        self.0 ^= self.0 >> 12;
+        self.0 ^= self.0 << 25;
+        self.0 ^= self.0 >> 27;
+        (self.0.wrapping_mul(0x2545_f491_4f6c_dd1d) >> 40) as f32 / (1u64 << 24) as f32
+    }
+}
+
+/// A frame of random depths and normals; one pixel in five is background.
+pub(crate) fn frame((width, height): (usize, usize), seed: u64) -> GBuffer {
+    let mut random = Random::new(seed);
+    let pixels = width * height;
+    let mut depth = Vec::with_capacity(pixels);
+    let mut normal = Vec::with_capacity(pixels);
+    for _ in 0..pixels {
+        let far = random.unit() < 0.2;
+        depth.push(if far { f32::INFINITY } else { 0.5 + 4.0 * random.unit() });
+        let n = [random.unit() - 0.5, random.unit() - 0.5, 1.0 + random.unit()];
+        let length = n.iter().map(|c| c * c).sum::<f32>().sqrt();
+        normal.push(n.map(|c| c / length));
+    }
+    GBuffer::new(camera(width, height), depth, normal).unwrap()
+}
+
+/// A camera at the origin that sees a tenth of a radian: every normal that leans forward faces it.
+pub(crate) fn camera(width: usize, height: usize) -> Camera {
+    let fov_y = 0.1 * height as f32 / width.max(height) as f32;
+    let view = (glam::Vec3::ZERO, -glam::Vec3::Z, glam::Vec3::Y);
+    Camera::look_at(view, Projection::Perspective { fov_y }, (width, height), 0.0).unwrap()
+}
+
+/// A model with random weights and biases. Outputs lie around 0.5, so that clamping hides little.
+pub(crate) fn model(config: ModelConfig, seed: u64) -> Model {
+    let graph = Graph::new(&config).unwrap();
+    let mut tensors = Weights::init(&graph, seed).tensors().clone();
+    let mut random = Random::new(seed);
+    for (name, tensor) in &mut tensors {
+        if name.ends_with("bias") {
+            tensor.values.iter_mut().for_each(|v| *v = 0.2 * random.unit() - 0.1);
+        }
+        if name.starts_with("head") {
+            let centre = if name.ends_with("bias") { 0.05 } else { 0.0 };
+            tensor.values.iter_mut().for_each(|v| *v = 0.05 * *v + centre);
+        }
+    }
+    let weights = Weights::new(&graph, tensors).unwrap();
+    Model::new(config, weights, TrainingFacts::default()).unwrap()
+}
+
+/// A small network: quick for the oracle.
+pub(crate) fn small(features: Features, patch: usize, kernel: KernelWeights) -> ModelConfig {
+    ModelConfig { features, patch, kernel, encoder: vec![5, 17], decoder: vec![18], ..ModelConfig::paper() }
+}
+
+pub(crate) fn params() -> AoParams {
+    AoParams::new(0.5).unwrap()
+}
+
+/// Largest absolute difference.
+pub(crate) fn max_error(a: &AoImage, b: &AoImage) -> f32 {
+    assert_eq!((a.width(), a.height()), (b.width(), b.height()));
+    a.visibility().iter().zip(b.visibility()).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max)
+}
+
+/// Panics if two images differ by more than `tolerance` somewhere, or if there is nothing to see in them.
+pub(crate) fn assert_close(a: &AoImage, b: &AoImage, (tolerance, what): (f32, &str)) {
+    let error = max_error(a, b);
+    assert!(error <= tolerance, "{what}: error {error:e}, tolerance {tolerance:e}");
+}
