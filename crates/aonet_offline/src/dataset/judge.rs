@@ -2,6 +2,7 @@
 
 use crate::gbuffer::Surface;
 use aonet::GBuffer;
+use glam::Vec3A;
 
 /// Why a view is not kept.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -88,14 +89,15 @@ pub(super) fn judge(surface: &Surface, subject: Subject, taste: &Taste) -> Resul
     Ok(median)
 }
 
-/// Number of foreground pixels whose right or lower neighbour is another surface: its depth is off by a
-/// twentieth, or its normal by 25 degrees.
+/// Number of foreground pixels whose right or lower neighbour is another surface: it lies off the pixel's
+/// tangent plane by a fiftieth of the depth, or its normal turns by 25 degrees. The background is none.
 fn edges(gbuffer: &GBuffer) -> f32 {
     let (width, height) = (gbuffer.width(), gbuffer.height());
+    let position = |i: usize| gbuffer.camera().position_view(i % width, i / width, gbuffer.depth()[i]);
+    let normal = |i: usize| Vec3A::from(gbuffer.normal()[i]);
     let differs = |a: usize, b: usize| {
-        let (da, db) = (gbuffer.depth()[a], gbuffer.depth()[b]);
-        let dot: f32 = gbuffer.normal()[a].iter().zip(gbuffer.normal()[b]).map(|(x, y)| x * y).sum();
-        (da - db).abs() > 0.05 * da.min(db) || dot < 0.9
+        let step = normal(a).dot(position(b) - position(a)).abs();
+        gbuffer.is_foreground(b) && (step > 0.02 * gbuffer.depth()[a] || normal(a).dot(normal(b)) < 0.9)
     };
     let edge = |i: usize| {
         let (x, y) = (i % width, i / width);

@@ -139,7 +139,7 @@ impl<'a> Stage<'a> {
             median_depth: if outside { 0.2 } else { 0.08 },
             near: 0.2,
             near_share: 0.25,
-            edges: 0.08,
+            edges: 0.05,
         }
     }
 
