@@ -1,29 +1,104 @@
-//! The `aonet` program.
+//! The `aonet` program: one file a command. stdout is the result, stderr is for people.
 
-use clap::{Parser, Subcommand};
+mod output;
+mod setup;
 
 mod cmd {
+    pub(crate) mod compare;
     pub(crate) mod dataset;
+    pub(crate) mod demo;
+    pub(crate) mod eval;
+    pub(crate) mod infer;
+    pub(crate) mod info;
+    pub(crate) mod render;
+    pub(crate) mod trace;
+    pub(crate) mod train;
 }
 
-/// Ambient occlusion of ray-traced quality in screen space.
-#[derive(Parser)]
+use clap::{CommandFactory, Parser, Subcommand};
+use std::process::ExitCode;
+
+/// Ambient occlusion of ray-traced quality in screen space, by a small neural network.
+///
+/// Exit status: 0 done, 1 a requested check failed, 2 could not run.
+#[derive(Debug, Parser)]
+#[command(name = "aonet", version, after_help = "Start with: aonet demo")]
 struct Cli {
+    /// Say more on stderr; twice for even more.
+    #[arg(short, long, global = true, action = clap::ArgAction::Count)]
+    verbose: u8,
     #[command(subcommand)]
     command: Command,
 }
 
-#[derive(Subcommand)]
+#[derive(Debug, Subcommand)]
 enum Command {
+    Demo(cmd::demo::Args),
+    Infer(cmd::infer::Args),
+    Render(cmd::render::Args),
+    Trace(cmd::trace::Args),
+    Compare(cmd::compare::Args),
     Dataset(cmd::dataset::Args),
+    Train(cmd::train::Args),
+    Eval(cmd::eval::Args),
+    Info(cmd::info::Args),
+    /// Print a script that completes commands and options in a shell.
+    Completions {
+        /// Which shell.
+        shell: clap_complete::Shell,
+    },
 }
 
-fn main() {
-    let result = match Cli::parse().command {
-        Command::Dataset(args) => cmd::dataset::run(args),
-    };
-    if let Err(err) = result {
-        eprintln!("aonet: {err:#}");
-        std::process::exit(2);
+/// How a command ended that could run.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Outcome {
+    /// All is well.
+    Done,
+    /// A check that was asked for failed.
+    CheckFailed,
+}
+
+fn main() -> ExitCode {
+    let cli = Cli::parse();
+    let level = [log::LevelFilter::Warn, log::LevelFilter::Debug, log::LevelFilter::Trace]
+        [usize::from(cli.verbose.min(2))];
+    env_logger::Builder::new().filter_level(level).init();
+    match run(cli.command) {
+        Ok(Outcome::Done) => ExitCode::SUCCESS,
+        Ok(Outcome::CheckFailed) => ExitCode::from(1),
+        Err(err) => {
+            eprintln!("aonet: {err:#}");
+            ExitCode::from(2)
+        }
+    }
+}
+
+fn run(command: Command) -> anyhow::Result<Outcome> {
+    match command {
+        Command::Demo(args) => cmd::demo::run(&args)?,
+        Command::Infer(args) => cmd::infer::run(&args)?,
+        Command::Render(args) => cmd::render::run(&args)?,
+        Command::Trace(args) => cmd::trace::run(&args)?,
+        Command::Compare(args) => return cmd::compare::run(&args),
+        Command::Dataset(args) => cmd::dataset::run(args)?,
+        Command::Train(args) => cmd::train::run(args)?,
+        Command::Eval(args) => cmd::eval::run(&args)?,
+        Command::Info(args) => cmd::info::run(&args)?,
+        Command::Completions { shell } => {
+            let mut script = Vec::new();
+            clap_complete::generate(shell, &mut Cli::command(), "aonet", &mut script);
+            output::text(&String::from_utf8_lossy(&script))?;
+        }
+    }
+    Ok(Outcome::Done)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_command_line_is_well_formed() {
+        Cli::command().debug_assert();
     }
 }

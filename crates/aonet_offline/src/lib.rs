@@ -1,6 +1,7 @@
 //! What needs a scene, a disk or a gradient: scenes, ray-traced reference, frames, datasets,
 //! evaluation and training. Data flows one way: scene -> G-buffer -> AO -> table.
 
+pub mod ao_file;
 pub mod atomic_file;
 pub mod dataset;
 pub mod error;

@@ -10,6 +10,7 @@ pub mod graph;
 pub mod model;
 pub mod naive;
 pub mod plan;
+pub mod shipped;
 pub mod weights;
 
 pub use config::{Arch, Features, KernelWeights, ModelConfig};

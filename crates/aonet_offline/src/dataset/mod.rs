@@ -10,6 +10,7 @@ mod judge;
 mod manifest;
 mod merge;
 mod plan;
+mod propose;
 mod random;
 mod sample;
 mod scenes;
@@ -20,6 +21,7 @@ pub use judge::Flaw;
 pub use manifest::{FORMAT, FrameEntry, Manifest, Split};
 pub use merge::merge;
 pub use plan::{Counts, Job, Plan, Preset, RadiusRule, Recipe, SceneSplit, Shard};
+pub use propose::propose_view;
 pub use scenes::{Candidate, SceneSpec};
 pub use sheet::{contact_sheet, save_png};
 

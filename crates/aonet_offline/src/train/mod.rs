@@ -12,6 +12,8 @@ mod loss;
 mod net;
 mod samples;
 mod step;
+#[cfg(test)]
+mod tests;
 mod validate;
 mod vgg;
 
@@ -77,7 +79,7 @@ pub enum TrainEvent {
 /// When a file is broken, the dataset has no frames to train on, or the folder belongs to another configuration.
 pub fn train(
     config: &TrainConfig,
-    manifest: &Manifest,
+    manifests: &[Manifest],
     run: &TrainRun,
     events: &(dyn Fn(TrainEvent) + Sync),
 ) -> Result<u64> {
@@ -86,8 +88,8 @@ pub fn train(
     let graph = Graph::new(&config.model)?;
     let device = device_of(run.device);
     let loss = loss_of(config, run, &device, events)?;
-    let samples = load_split(manifest, config, events)?;
-    let validation = Validation::load(manifest, config)?;
+    let samples = load_split(manifests, config, events)?;
+    let validation = Validation::load(manifests, config)?;
     let mean_visibility = samples.iter().map(|s| s.mean()).sum::<f64>() / samples.len() as f64;
     let facts = TrainingFacts {
         mean_visibility: Some(mean_visibility as f32),
@@ -208,16 +210,17 @@ fn loss_of(
 }
 
 fn load_split(
-    manifest: &Manifest,
+    manifests: &[Manifest],
     config: &TrainConfig,
     events: &(dyn Fn(TrainEvent) + Sync),
 ) -> Result<Vec<samples::Sample>> {
-    let entries: Vec<_> = manifest.frames(Split::Train).collect();
+    let of = |manifest| Manifest::frames(manifest, Split::Train).map(move |entry| (manifest, entry));
+    let entries: Vec<_> = manifests.iter().flat_map(of).collect();
     if entries.is_empty() {
-        return Err(Error::file(manifest.dir(), "frames of the split `train`", "none"));
+        return Err(Error::request("datasets", "frames of the split `train`", "none"));
     }
     let done = std::sync::atomic::AtomicUsize::new(0);
-    samples::load_all(manifest, &entries, config, &|| {
+    samples::load_all(&entries, config, &|| {
         let n = done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1;
         events(TrainEvent::Loaded(n, entries.len()));
     })

@@ -128,12 +128,11 @@ impl Symmetry {
 /// # Errors
 /// When a frame is broken or smaller than the crop.
 pub(crate) fn load_all(
-    manifest: &Manifest,
-    entries: &[&FrameEntry],
+    entries: &[(&Manifest, &FrameEntry)],
     config: &TrainConfig,
     progress: &(dyn Fn() + Sync),
 ) -> Result<Vec<Sample>> {
-    let load = |entry: &&FrameEntry| {
+    let load = |&(manifest, entry): &(&Manifest, &FrameEntry)| {
         let sample = Sample::load(manifest, entry, config.model.features)?;
         if sample.width < config.crop || sample.height < config.crop {
             let expected = format!("a frame of at least {0}x{0}, the training crop", config.crop);

@@ -67,7 +67,7 @@ impl Stepper<'_> {
                 Param::Bias(b) => b.grad_remove(&mut tape).map(Tensor::into_data),
             };
             let values =
-                values.expect("every parameter is on the tape").into_vec::<f32>().expect("f32 gradients");
+                values.expect("every parameter is on the tape").try_into_vec::<f32>().expect("f32 gradients");
             gradients.insert(name.clone(), values);
         }
         let scalar = |t: Option<Tensor<1>>| t.map_or(0.0, |t| f64::from(t.into_scalar::<f32>()));

@@ -36,17 +36,21 @@ impl Validation {
     ///
     /// # Errors
     /// When a frame is broken, or there is none.
-    pub(crate) fn load(manifest: &Manifest, config: &TrainConfig) -> Result<Self> {
-        let mut entries: Vec<_> = manifest.frames(Split::Val).collect();
+    pub(crate) fn load(manifests: &[Manifest], config: &TrainConfig) -> Result<Self> {
+        let of = |split: Split| -> Vec<_> {
+            manifests.iter().flat_map(|m| m.frames(split).map(move |entry| (m, entry))).collect()
+        };
+        let mut entries = of(Split::Val);
         if entries.is_empty() {
-            entries = manifest.frames(Split::ValSeen).collect();
+            entries = of(Split::ValSeen);
         }
         if entries.is_empty() {
-            return Err(Error::file(manifest.dir(), "frames of the split `val` or `val_seen`", "none"));
+            return Err(Error::request("datasets", "frames of the split `val` or `val_seen`", "none"));
         }
         let count = config.validation_frames.clamp(1, entries.len());
         let chosen: Vec<_> = (0..count).map(|i| entries[i * entries.len() / count]).collect();
-        let frames = chosen.into_par_iter().map(|entry| read(manifest, entry)).collect::<Result<_>>()?;
+        let frames =
+            chosen.into_par_iter().map(|(manifest, entry)| read(manifest, entry)).collect::<Result<_>>()?;
         Ok(Self { frames })
     }
 

@@ -153,3 +153,20 @@ mod tests {
         assert!(message.contains("moon") && message.contains("clutter_pile"), "{message}");
     }
 }
+
+/// The scene and view of the program's demonstration.
+pub fn demo() -> (Scene, crate::View) {
+    let view = crate::View {
+        eye: [1.0, 1.6, 1.0],
+        target: [0.0, 0.8, 0.0],
+        up: [0.0, 1.0, 0.0],
+        fov_y_deg: 60.0,
+        ortho_height: None,
+        width: 1280,
+        height: 720,
+        near: 0.01,
+        far: f32::INFINITY,
+        radius: 0.5,
+    };
+    (build(Kind::FurnishedRoom, 0), view)
+}

@@ -1,0 +1,196 @@
+//! `aonet demo`: one scene, the ray-traced truth and the network's answer, side by side.
+
+use crate::output::{self, Style, number, table};
+use crate::setup;
+use anyhow::{Context, Result, bail};
+use aonet::metrics::{self, Comparison};
+use aonet::{AoImage, AoParams};
+use aonet_offline::View;
+use aonet_offline::dataset::{SceneSpec, SceneSplit, propose_view};
+use aonet_offline::eval::{Method, run as run_method};
+use aonet_offline::frame::Frame;
+use aonet_offline::gbuffer::{self, Surface};
+use aonet_offline::picture::{self, Caption};
+use aonet_offline::reference::Sampling;
+use aonet_offline::scene::procedural;
+use aonet_offline::scene::source::SceneSource;
+use aonet_offline::trace::Tracer;
+use clap::Parser;
+use serde_json::json;
+use std::path::PathBuf;
+use std::time::Instant;
+
+/// Render a scene, trace its AO, compute it with the network, and show both.
+///
+/// Without --scene, a scene made from code. Without --view, a camera is placed by itself.
+#[derive(Debug, Parser)]
+#[command(after_help = "Examples:
+  aonet demo
+  aonet demo --scene robot.glb -o robot_ao
+  aonet demo --scene room.glb --environment --radius 0.5")]
+pub(crate) struct Args {
+    /// A .glb or .gltf file, or procedural:KIND:SEED.
+    #[arg(long)]
+    scene: Option<SceneSource>,
+    /// View (JSON), instead of a camera placed by itself.
+    #[arg(long, value_name = "VIEW.json")]
+    view: Option<PathBuf>,
+    /// The scene is one to stand inside: no floor is added, the camera goes between its walls.
+    #[arg(long)]
+    environment: bool,
+    /// Folder for the pictures.
+    #[arg(short, long, default_value = "aonet_demo")]
+    output: PathBuf,
+    /// Network; the shipped one that serves any radius if absent.
+    #[arg(long, value_name = "M.safetensors")]
+    model: Option<PathBuf>,
+    /// Rays per pixel of the reference.
+    #[arg(long, default_value_t = 128)]
+    spp: u32,
+    /// AO radius [world units]; otherwise the view's, or a tenth of the image at the view's middle distance.
+    #[arg(long)]
+    radius: Option<f32>,
+    /// Image width [px].
+    #[arg(long)]
+    width: Option<usize>,
+    /// Image height [px].
+    #[arg(long)]
+    height: Option<usize>,
+    /// Which of the cameras that are placed by themselves.
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
+    /// Threads of the network [default: all cores].
+    #[arg(long)]
+    threads: Option<usize>,
+    /// Print JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+/// The automatic radius, in image heights.
+// guess: contact shadows of furniture in a room.
+const RADIUS_ON_SCREEN: f32 = 0.12;
+
+/// Runs the command.
+pub(crate) fn run(args: &Args) -> Result<()> {
+    let model = setup::model(args.model.as_deref())?;
+    let (tracer, mut view) = stage(args)?;
+    let surface = gbuffer::render(&tracer, &view)?;
+    if args.view.is_none() && args.scene.is_some() {
+        view.radius = radius_on_screen(&surface);
+    }
+    view.radius = args.radius.unwrap_or(view.radius);
+    let params = view.params()?;
+    let start = Instant::now();
+    let sampling = Sampling { spp: args.spp, seed: 1 };
+    let reference = setup::reference(&tracer, &surface, params, sampling)?;
+    let trace_s = start.elapsed().as_secs_f64();
+    let network = Method::Network { model: &model, threads: setup::threads(args.threads) };
+    let (ao, ms) = run_method(&network, &surface.gbuffer, params)?;
+    let constant = Method::Constant(model.facts().mean_visibility.unwrap_or(0.8));
+    let (flat, _) = run_method(&constant, &surface.gbuffer, params)?;
+    let foreground: Vec<bool> = surface.gbuffer.depth().iter().map(|d| d.is_finite()).collect();
+    let of = |image: &AoImage| metrics::compare(&reference, image, Some(&foreground));
+    let (scores, flat) = (of(&ao)?, of(&flat)?);
+    let ms = ms.context("the network's time")?;
+    let captions = [
+        format!("reference, {} rays per pixel, {trace_s:.1} s", args.spp),
+        format!("network, {ms:.0} ms"),
+        format!("error: SSIM {:.4}, PSNR {:.2} dB", scores.full.ssim, scores.full.psnr),
+    ];
+    draw(args, (&surface, &reference, &ao), captions)?;
+    let (gbuffer, geo_normal) = (surface.gbuffer, Some(surface.geo_normal));
+    Frame { gbuffer, geo_normal, ao: Some(reference), radius: Some(view.radius), view: Some(view.clone()) }
+        .save(&args.output.join("frame.exr"))?;
+    report(args, (&scores, &flat), (trace_s, ms), params)
+}
+
+/// The scene with its camera.
+fn stage(args: &Args) -> Result<(Tracer, View)> {
+    let size = (args.width.unwrap_or(1280), args.height.unwrap_or(720));
+    let resized = |mut view: View| -> Result<View> {
+        view.width = args.width.unwrap_or(view.width);
+        view.height = args.height.unwrap_or(view.height);
+        view.camera()?;
+        Ok(view)
+    };
+    match (&args.scene, &args.view) {
+        (None, None) => {
+            let (scene, view) = procedural::demo();
+            Ok((Tracer::new(scene), resized(view)?))
+        }
+        (None, Some(_)) => bail!("--view needs --scene: which scene is it a view of?"),
+        (Some(source), Some(path)) => {
+            let scene = source.load(aonet_offline::scene::MissingNormals::CREASE)?;
+            Ok((Tracer::new(scene), resized(View::load(path)?)?))
+        }
+        (Some(SceneSource::Procedural { kind, seed }), None) => {
+            Ok(propose_view(&SceneSpec::procedural(*kind, *seed, SceneSplit::Train), size, args.seed)?)
+        }
+        (Some(SceneSource::File(path)), None) => {
+            let spec = SceneSpec::from_file(path, SceneSplit::Train)?.with_environment(args.environment);
+            Ok(propose_view(&spec, size, args.seed)?)
+        }
+    }
+}
+
+fn radius_on_screen(surface: &Surface) -> f32 {
+    let camera = surface.gbuffer.camera();
+    let mut depths: Vec<f32> = surface.gbuffer.depth().iter().copied().filter(|d| d.is_finite()).collect();
+    depths.sort_by(f32::total_cmp);
+    let middle = depths.get(depths.len() / 2).copied().unwrap_or(1.0);
+    RADIUS_ON_SCREEN * camera.height as f32 / camera.projected_px(1.0, middle)
+}
+
+fn draw(
+    args: &Args,
+    (surface, reference, ao): (&Surface, &AoImage, &AoImage),
+    captions: [String; 3],
+) -> Result<()> {
+    let dir = &args.output;
+    std::fs::create_dir_all(dir).with_context(|| dir.display().to_string())?;
+    let [traced, computed, difference] = captions;
+    let panels = [
+        ("normal.png", picture::normals(&surface.gbuffer), Caption::new("normals (the network's input)")),
+        ("ao_reference.png", picture::ao(reference), Caption::new(traced)),
+        ("ao_network.png", picture::ao(ao), Caption::new(computed)),
+        ("error.png", picture::error(reference, ao)?, Caption { text: difference, error_legend: true }),
+    ];
+    picture::save_png(&picture::depth(&surface.gbuffer), &dir.join("depth.png"))?;
+    let mut sheet = Vec::new();
+    for (name, picture, caption) in panels {
+        picture::save_png(&picture, &dir.join(name))?;
+        sheet.push((picture, caption));
+    }
+    Ok(picture::save_png(&picture::sheet(&sheet, 2)?, &dir.join("side_by_side.png"))?)
+}
+
+fn report(
+    args: &Args,
+    (scores, flat): (&Comparison, &Comparison),
+    (trace_s, ms): (f64, f64),
+    params: AoParams,
+) -> Result<()> {
+    if args.json {
+        return output::json(&json!({
+            "folder": args.output, "radius": params.radius, "spp": args.spp, "trace_s": trace_s, "network_ms": ms,
+            "network": { "full": scores.full, "foreground": scores.foreground },
+            "constant": { "full": flat.full, "foreground": flat.foreground },
+        }));
+    }
+    let row = |name: &str, c: &Comparison, time: String| {
+        let inside = c.foreground.as_ref();
+        let scores = [number(c.full.ssim, 4), number(c.full.psnr, 2)];
+        let inside = [number(inside.map(|f| f.ssim), 4), number(inside.map(|f| f.psnr), 2)];
+        [vec![name.to_owned()], scores.to_vec(), inside.to_vec(), vec![time]].concat()
+    };
+    let rows = [
+        row("network", scores, format!("{ms:.1} ms")),
+        row("constant image", flat, "-".into()),
+        [vec![format!("reference, {} rays", args.spp)], vec!["-".into(); 4], vec![format!("{trace_s:.1} s")]]
+            .concat(),
+    ];
+    let header = ["", "SSIM", "PSNR dB", "SSIM fg", "PSNR fg", "time"];
+    output::text(&table(&header, &rows, Style::Text))?;
+    output::text(&format!("\n{}\n", args.output.join("side_by_side.png").display()))
+}

@@ -1,0 +1,174 @@
+//! `aonet eval`: networks and a constant image against the reference, over a dataset.
+
+use crate::output::{self, Style, number, table};
+use crate::setup;
+use anyhow::{Result, bail};
+use aonet::net::Model;
+use aonet_offline::atomic_file;
+use aonet_offline::dataset::{Manifest, Split};
+use aonet_offline::eval::{Contestant, Method, Row, Table, evaluate};
+use clap::{Parser, ValueEnum};
+use indicatif::ProgressBar;
+use serde_json::json;
+use std::path::PathBuf;
+
+/// Score networks on the frames of a dataset: SSIM, PSNR and time.
+///
+/// The first row is a constant image: the mean visibility of the frames that the first network was trained on.
+#[derive(Debug, Parser)]
+#[command(after_help = "Examples:
+  aonet eval data/any --split test
+  aonet eval data/any --model runs/a/best.safetensors --model runs/b/best.safetensors --markdown -o table.md")]
+pub(crate) struct Args {
+    /// Dataset folder or manifest.
+    dataset: PathBuf,
+    /// Network; may be repeated. The shipped one that serves any radius if absent.
+    #[arg(long, value_name = "M.safetensors")]
+    model: Vec<PathBuf>,
+    /// Which frames.
+    #[arg(long, value_enum, default_value = "test")]
+    split: SplitName,
+    /// The constant image's value; otherwise what the first network says of its training frames.
+    #[arg(long)]
+    constant: Option<f32>,
+    /// Also score networks that were trained for another choice of radius; their rows are marked.
+    #[arg(long)]
+    any_radius: bool,
+    /// Threads of the networks [default: all cores].
+    #[arg(long)]
+    threads: Option<usize>,
+    /// One table for each scene as well.
+    #[arg(long)]
+    by_scene: bool,
+    /// Print Markdown.
+    #[arg(long, conflicts_with = "json")]
+    markdown: bool,
+    /// Print JSON.
+    #[arg(long)]
+    json: bool,
+    /// Also write what is printed to a file.
+    #[arg(short, long)]
+    output: Option<PathBuf>,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum SplitName {
+    Train,
+    Val,
+    ValSeen,
+    Test,
+}
+
+impl From<SplitName> for Split {
+    fn from(name: SplitName) -> Self {
+        match name {
+            SplitName::Train => Self::Train,
+            SplitName::Val => Self::Val,
+            SplitName::ValSeen => Self::ValSeen,
+            SplitName::Test => Self::Test,
+        }
+    }
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &Args) -> Result<()> {
+    let manifest = Manifest::load(&args.dataset)?;
+    let mut models = Vec::new();
+    for path in &args.model {
+        models.push((setup::name_of(path), setup::model(Some(path))?));
+    }
+    if models.is_empty() {
+        models.push(("any_radius (shipped)".into(), setup::model(None)?));
+    }
+    let threads = setup::threads(args.threads);
+    let constant = constant(args, &models)?;
+    let mut contestants =
+        vec![Contestant { name: format!("constant {constant:.3}"), method: Method::Constant(constant) }];
+    for (name, model) in &models {
+        let fits = radius_fits(model, &manifest);
+        if !fits && !args.any_radius {
+            bail!(
+                "{name} was trained with radius {:?} and the frames have {:?}: pass --any-radius to score it all the same",
+                model.facts().radius,
+                manifest.plan.recipe.radius
+            );
+        }
+        let name = if fits { name.clone() } else { format!("{name} *") };
+        contestants.push(Contestant { name, method: Method::Network { model, threads } });
+    }
+    let bar = ProgressBar::new(0);
+    let progress = |done: usize, total: usize| {
+        bar.set_length(total as u64);
+        bar.set_position(done as u64);
+    };
+    let table = evaluate(&manifest, args.split.into(), &contestants, &progress)?;
+    bar.finish_and_clear();
+    let text = if args.json { as_json(args, &table, threads)? } else { as_text(args, &table, threads) };
+    if let Some(path) = &args.output {
+        atomic_file::write(path, text.as_bytes())?;
+    }
+    output::text(&text)
+}
+
+/// A network that does not see the radius serves only frames whose radii were chosen as in its training.
+fn radius_fits(model: &Model, manifest: &Manifest) -> bool {
+    let trained: Vec<&str> = model.facts().radius.split("; ").collect();
+    model.config().features.sees_radius()
+        || trained.contains(&format!("{:?}", manifest.plan.recipe.radius).as_str())
+}
+
+fn constant(args: &Args, models: &[(String, Model)]) -> Result<f32> {
+    match args.constant.or(models[0].1.facts().mean_visibility) {
+        Some(value) if (0.0..=1.0).contains(&value) => Ok(value),
+        Some(value) => bail!("the constant image: expected a value in [0, 1], found {value}"),
+        None => {
+            bail!("{} does not say the mean visibility of its training frames: give --constant", models[0].0)
+        }
+    }
+}
+
+fn as_text(args: &Args, table: &Table, threads: usize) -> String {
+    let style = if args.markdown { Style::Markdown } else { Style::Text };
+    let mut text = draw(&table.overall, style);
+    if table.overall.iter().any(|(name, _)| name.ends_with(" *")) {
+        text += "\n* trained for another choice of radius\n";
+    }
+    if args.by_scene {
+        for (scene, rows) in &table.by_scene {
+            text += &format!("\n{}{scene}\n\n{}", if args.markdown { "### " } else { "" }, draw(rows, style));
+        }
+    }
+    let frames = table.overall.first().map_or(0, |(_, row)| row.frames);
+    text += &format!("\n{frames} frames, {threads} threads, aonet {}\n", env!("CARGO_PKG_VERSION"));
+    text
+}
+
+fn draw(rows: &[(String, Row)], style: Style) -> String {
+    let cells = |(name, row): &(String, Row)| {
+        vec![
+            name.clone(),
+            number(row.ssim, 4),
+            number(row.ssim_8x8, 4),
+            number(row.psnr, 2),
+            number(row.psnr_pooled, 2),
+            number(row.ssim_foreground, 4),
+            number(row.psnr_foreground, 2),
+            number(row.ms, 1),
+        ]
+    };
+    let header = ["method", "SSIM", "SSIM 8x8", "PSNR dB", "pooled dB", "SSIM fg", "PSNR fg", "ms"];
+    table(&header, &rows.iter().map(cells).collect::<Vec<_>>(), style)
+}
+
+fn as_json(args: &Args, table: &Table, threads: usize) -> Result<String> {
+    let rows = |rows: &[(String, Row)]| -> Vec<_> {
+        rows.iter().map(|(name, row)| json!({ "method": name, "scores": row })).collect()
+    };
+    let scenes: serde_json::Map<_, _> =
+        table.by_scene.iter().map(|(s, r)| (s.clone(), json!(rows(r)))).collect();
+    let document = json!({
+        "dataset": args.dataset, "threads": threads, "version": env!("CARGO_PKG_VERSION"),
+        "overall": rows(&table.overall), "by_scene": scenes,
+    });
+    Ok(format!("{}\n", serde_json::to_string_pretty(&document)?))
+}

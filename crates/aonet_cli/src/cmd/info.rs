@@ -1,0 +1,118 @@
+//! `aonet info`: what a file is.
+
+use crate::{output, setup};
+use anyhow::Result;
+use aonet_offline::View;
+use aonet_offline::dataset::{Manifest, Split};
+use aonet_offline::frame::{Frame, FrameHints};
+use aonet_offline::scene::MissingNormals;
+use aonet_offline::scene::source::SceneSource;
+use clap::Parser;
+use serde_json::{Value, json};
+use std::path::{Path, PathBuf};
+
+/// Say what a file is: a model, a frame, a view, a dataset or a scene.
+#[derive(Debug, Parser)]
+pub(crate) struct Args {
+    /// .safetensors, .exr, .json, .glb, .gltf, a dataset's folder, or procedural:KIND:SEED.
+    file: String,
+    /// Print JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &Args) -> Result<()> {
+    let path = Path::new(&args.file);
+    let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
+    let facts = match extension.to_str().unwrap_or_default() {
+        "safetensors" => model(path)?,
+        "exr" => frame(path)?,
+        "json" if path.file_name().is_some_and(|n| n.to_string_lossy().starts_with("manifest")) => {
+            dataset(path)?
+        }
+        "json" => view(path)?,
+        _ if path.is_dir() => dataset(path)?,
+        _ => scene(&args.file)?,
+    };
+    if args.json {
+        return output::json(&facts);
+    }
+    let mut text = String::new();
+    list(&facts, 0, &mut text);
+    output::text(&text)
+}
+
+/// `key: value` lines, nested ones indented.
+fn list(facts: &Value, depth: usize, text: &mut String) {
+    let Value::Object(entries) = facts else { return };
+    for (key, value) in entries {
+        let indent = "  ".repeat(depth);
+        match value {
+            Value::Object(_) => {
+                *text += &format!("{indent}{key}\n");
+                list(value, depth + 1, text);
+            }
+            Value::String(s) => *text += &format!("{indent}{key:<22} {s}\n"),
+            other => *text += &format!("{indent}{key:<22} {other}\n"),
+        }
+    }
+}
+
+fn model(path: &Path) -> Result<Value> {
+    let model = setup::model(Some(path))?;
+    let graph = model.graph();
+    let bytes = std::fs::metadata(path).map_or(0, |m| m.len());
+    Ok(json!({
+        "kind": "model", "config": model.config(), "parameters": graph.params_count(), "file_bytes": bytes,
+        "macs_per_pixel": graph.macs_per_pixel().round(), "alignment_px": graph.alignment(),
+        "sees_radius": model.config().features.sees_radius(), "training": model.facts(),
+    }))
+}
+
+fn frame(path: &Path) -> Result<Value> {
+    // Only the camera depends on the field of view; 60 degrees stands in for one that is unknown.
+    let known = Frame::load(path, &FrameHints::default());
+    let camera_known = known.is_ok();
+    let hints = FrameHints { fov_y_deg: Some(60.0), ..FrameHints::default() };
+    let frame = known.or_else(|_| Frame::load(path, &hints))?;
+    let depth = frame.gbuffer.depth();
+    let finite = || depth.iter().copied().filter(|d| d.is_finite());
+    let mean = |v: &[f32]| v.iter().map(|x| f64::from(*x)).sum::<f64>() / v.len() as f64;
+    Ok(json!({
+        "kind": "frame", "width": frame.gbuffer.width(), "height": frame.gbuffer.height(),
+        "camera_known": camera_known, "view": frame.view, "radius": frame.radius,
+        "foreground_share": finite().count() as f64 / depth.len() as f64,
+        "depth_min": finite().fold(f32::INFINITY, f32::min), "depth_max": finite().fold(0.0, f32::max),
+        "geometric_normals": frame.geo_normal.is_some(),
+        "mean_visibility": frame.ao.as_ref().map(|ao| mean(ao.visibility())),
+    }))
+}
+
+fn view(path: &Path) -> Result<Value> {
+    Ok(json!({ "kind": "view", "view": View::load(path)? }))
+}
+
+fn dataset(path: &Path) -> Result<Value> {
+    let manifest = Manifest::load(path)?;
+    let count = |split: Split| manifest.frames(split).count();
+    let recipe = &manifest.plan.recipe;
+    Ok(json!({
+        "kind": "dataset", "folder": manifest.dir(), "preset": format!("{:?}", recipe.preset), "seed": recipe.seed,
+        "width": recipe.width, "height": recipe.height, "spp": recipe.spp, "eval_spp": recipe.eval_spp,
+        "radius": format!("{:?}", recipe.radius), "scenes": manifest.plan.scenes.len(), "missing": manifest.missing(),
+        "frames": { "train": count(Split::Train), "val": count(Split::Val),
+                    "val_seen": count(Split::ValSeen), "test": count(Split::Test) },
+    }))
+}
+
+fn scene(text: &str) -> Result<Value> {
+    let source: SceneSource = text.parse()?;
+    let scene = source.load(MissingNormals::Flat)?;
+    let bounds = scene.bounds();
+    let file: Option<PathBuf> = Path::new(text).is_file().then(|| text.into());
+    Ok(json!({
+        "kind": "scene", "name": scene.name, "file": file, "triangles": scene.triangle.len(),
+        "vertices": scene.position.len(), "min": bounds.min.to_array(), "max": bounds.max.to_array(),
+    }))
+}

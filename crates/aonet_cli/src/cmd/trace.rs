@@ -1,0 +1,64 @@
+//! `aonet trace`: a G-buffer with ray-traced AO from a scene.
+
+use crate::output;
+use crate::setup::{self, SceneArgs};
+use anyhow::Result;
+use aonet_offline::frame::Frame;
+use aonet_offline::reference::Sampling;
+use aonet_offline::{gbuffer, picture};
+use clap::Parser;
+use serde_json::json;
+use std::path::PathBuf;
+use std::time::Instant;
+
+/// Trace the reference AO of a view.
+#[derive(Debug, Parser)]
+#[command(
+    after_help = "Example:\n  aonet trace room.glb --view view.json --spp 512 -o frame.exr --png ao.png"
+)]
+pub(crate) struct Args {
+    #[command(flatten)]
+    scene: SceneArgs,
+    /// Frame to write (EXR): G-buffer and AO.
+    #[arg(short, long, value_name = "FRAME.exr")]
+    output: PathBuf,
+    /// Rays per pixel.
+    #[arg(long, default_value_t = 256)]
+    spp: u32,
+    /// Seed of the sampling.
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
+    /// Also draw the AO.
+    #[arg(long, value_name = "FILE.png")]
+    png: Option<PathBuf>,
+    /// Print facts as JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &Args) -> Result<()> {
+    let (tracer, view) = args.scene.load()?;
+    let surface = gbuffer::render(&tracer, &view)?;
+    let start = Instant::now();
+    let sampling = Sampling { spp: args.spp, seed: args.seed };
+    let ao = setup::reference(&tracer, &surface, view.params()?, sampling)?;
+    let seconds = start.elapsed().as_secs_f64();
+    if let Some(png) = &args.png {
+        picture::save_png(&picture::ao(&ao), png)?;
+    }
+    let pixels = surface.gbuffer.depth().iter().filter(|d| d.is_finite()).count() as u64;
+    let rays = pixels * u64::from(args.spp);
+    let mean = ao.visibility().iter().map(|v| f64::from(*v)).sum::<f64>() / ao.visibility().len() as f64;
+    let (gbuffer, geo_normal) = (surface.gbuffer, Some(surface.geo_normal));
+    Frame { gbuffer, geo_normal, ao: Some(ao), radius: Some(view.radius), view: Some(view.clone()) }
+        .save(&args.output)?;
+    if args.json {
+        return output::json(&json!({
+            "frame": args.output, "width": view.width, "height": view.height, "radius": view.radius,
+            "spp": args.spp, "rays": rays, "seconds": seconds, "mean_visibility": mean,
+        }));
+    }
+    eprintln!("{:.1} Mray in {seconds:.1} s", rays as f64 / 1e6);
+    output::text(&format!("{}\n", args.output.display()))
+}

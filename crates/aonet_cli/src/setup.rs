@@ -1,0 +1,92 @@
+//! What several commands need: a model, a scene with a view, the traced reference.
+
+use crate::output;
+use anyhow::{Context, Result};
+use aonet::net::{Model, shipped};
+use aonet::{AoImage, AoParams};
+use aonet_offline::gbuffer::Surface;
+use aonet_offline::reference::{Sampling, reference_ao};
+use aonet_offline::scene::MissingNormals;
+use aonet_offline::scene::ground::add_ground;
+use aonet_offline::scene::source::SceneSource;
+use aonet_offline::trace::Tracer;
+use aonet_offline::{Error, View};
+use std::path::{Path, PathBuf};
+
+/// A scene and a view of it, with overrides.
+#[derive(Debug, clap::Args)]
+pub(crate) struct SceneArgs {
+    /// A .glb or .gltf file, or procedural:KIND:SEED.
+    pub(crate) scene: SceneSource,
+    /// View (JSON): eye, target, width, height, radius; optional up, fov_y_deg, near, far, ortho_height.
+    #[arg(long, value_name = "VIEW.json")]
+    pub(crate) view: PathBuf,
+    /// Image width instead of the view's [px].
+    #[arg(long)]
+    pub(crate) width: Option<usize>,
+    /// Image height instead of the view's [px].
+    #[arg(long)]
+    pub(crate) height: Option<usize>,
+    /// AO radius instead of the view's [world units].
+    #[arg(long)]
+    pub(crate) radius: Option<f32>,
+    /// Put a large floor below the scene's lowest point.
+    #[arg(long)]
+    pub(crate) ground: bool,
+    /// Smooth the normals of meshes that have none, across edges that bend less than 40 degrees.
+    #[arg(long)]
+    pub(crate) smooth: bool,
+}
+
+impl SceneArgs {
+    /// Loads the scene and the view.
+    pub(crate) fn load(&self) -> Result<(Tracer, View)> {
+        let mut view = View::load(&self.view)?;
+        view.width = self.width.unwrap_or(view.width);
+        view.height = self.height.unwrap_or(view.height);
+        view.radius = self.radius.unwrap_or(view.radius);
+        view.camera()?;
+        view.params()?;
+        let missing = if self.smooth { MissingNormals::CREASE } else { MissingNormals::Flat };
+        let mut scene = self.scene.load(missing)?;
+        if self.ground {
+            add_ground(&mut scene);
+        }
+        Ok((Tracer::new(scene), view))
+    }
+}
+
+/// The model in a file, or the shipped one that serves any radius.
+pub(crate) fn model(path: Option<&Path>) -> Result<Model> {
+    match path {
+        Some(path) => {
+            let bytes = std::fs::read(path).map_err(Error::io(path))?;
+            Ok(Model::from_bytes(&bytes).map_err(Error::in_file(path))?)
+        }
+        None => Model::from_bytes(shipped::ANY_RADIUS).context("the shipped network"),
+    }
+}
+
+/// What a table calls the model in a file: the file's name without extension.
+pub(crate) fn name_of(path: &Path) -> String {
+    path.file_stem().unwrap_or_default().to_string_lossy().into_owned()
+}
+
+/// Traces the reference with a progress bar.
+pub(crate) fn reference(
+    tracer: &Tracer,
+    surface: &Surface,
+    params: AoParams,
+    sampling: Sampling,
+) -> Result<AoImage> {
+    let pixels = surface.gbuffer.depth().iter().filter(|d| d.is_finite()).count() as u64;
+    let bar = output::ray_bar(pixels * u64::from(sampling.spp));
+    let ao = reference_ao(tracer, surface, params, sampling, &|rays| output::traced(&bar, rays))?;
+    bar.finish_and_clear();
+    Ok(ao)
+}
+
+/// All cores, unless told otherwise.
+pub(crate) fn threads(requested: Option<usize>) -> usize {
+    requested.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from)).clamp(1, 1024)
+}

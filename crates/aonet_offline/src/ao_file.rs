@@ -1,0 +1,130 @@
+//! AO images alone: OpenEXR or PNG, by the file's extension.
+//!
+//! Values are linear visibility in [0, 1]: a PNG holds `round(65535 v)` as 16-bit grey, with no gamma.
+
+use crate::atomic_file;
+use crate::error::{Error, Result};
+use crate::exr_file::{ExrFile, Plane, encode};
+use aonet::AoImage;
+use exr::prelude::FlatSamples;
+use image::{ImageBuffer, ImageFormat, ImageReader, Limits, Luma};
+use std::io::Cursor;
+use std::path::Path;
+
+/// Channel names that are taken for AO, in order of preference; in layers, the last part counts.
+const NAMES: [&str; 5] = ["ao", "Y", "V", "R", "X"];
+
+/// Writes `image` as `.exr` (channel `ao`, 32-bit) or `.png` (16-bit grey).
+///
+/// # Errors
+/// When the extension is another one, or the file cannot be written; nothing is left behind then.
+pub fn save_ao(path: &Path, image: &AoImage) -> Result<()> {
+    let size = (image.width(), image.height());
+    let bytes = match extension(path).as_str() {
+        "exr" => {
+            let plane = Plane { name: "ao", samples: FlatSamples::F32(image.visibility().to_vec()) };
+            encode(size, vec![plane], None, None).map_err(Error::in_file(path))?
+        }
+        "png" => {
+            let grey =
+                image.visibility().iter().map(|v| (v.clamp(0.0, 1.0) * 65535.0).round() as u16).collect();
+            let buffer: ImageBuffer<Luma<u16>, Vec<u16>> =
+                ImageBuffer::from_vec(size.0 as u32, size.1 as u32, grey).expect("one value a pixel");
+            let mut bytes = Cursor::new(Vec::new());
+            buffer.write_to(&mut bytes, ImageFormat::Png).map_err(|e| Error::file(path, "a PNG", e))?;
+            bytes.into_inner()
+        }
+        other => return Err(unknown(path, other)),
+    };
+    atomic_file::write(path, &bytes)
+}
+
+/// Reads an AO image: of an `.exr` the channel `ao`, or the only or first one that holds grey values; of a `.png` the
+/// grey value.
+///
+/// # Errors
+/// When the file is broken, or holds no such channel or a NaN.
+pub fn load_ao(path: &Path) -> Result<AoImage> {
+    let bytes = std::fs::read(path).map_err(Error::io(path))?;
+    match extension(path).as_str() {
+        "exr" => from_exr(&bytes).map_err(Error::in_file(path)),
+        "png" => from_png(path, &bytes),
+        other => Err(unknown(path, other)),
+    }
+}
+
+fn from_exr(bytes: &[u8]) -> aonet::Result<AoImage> {
+    let file = ExrFile::open(bytes)?;
+    let (width, height) = file.size();
+    let is = |name: &str, wanted: &str| name == wanted || name.ends_with(&format!(".{wanted}"));
+    let in_ao_layer = |name: &str| name.to_ascii_lowercase().contains("ao.");
+    let of = |wanted: &str, layer: bool| {
+        file.channels().iter().find(|c| is(&c.name, wanted) && (!layer || in_ao_layer(&c.name))).cloned()
+    };
+    let found = NAMES.iter().find_map(|n| of(n, true)).or_else(|| NAMES.iter().find_map(|n| of(n, false)));
+    let Some(channel) = found else {
+        let names: Vec<_> = file.channels().iter().map(|c| c.name.as_str()).collect();
+        return Err(aonet::Error::format("AO image", "a channel ao, Y, V or R", names.join(", ")));
+    };
+    let planes = file.planes(&[(channel, 1.0)])?;
+    let values = planes.into_iter().next().unwrap_or_default();
+    AoImage::new(width, height, values)
+}
+
+fn from_png(path: &Path, bytes: &[u8]) -> Result<AoImage> {
+    let wrong = |e: image::ImageError| Error::file(path, "a PNG", e);
+    let mut reader = ImageReader::with_format(Cursor::new(bytes), ImageFormat::Png);
+    // DEFLATE expands at most 1032 times.
+    let mut limits = Limits::default();
+    limits.max_alloc = Some(bytes.len() as u64 * 1100 + (1 << 20));
+    reader.limits(limits);
+    let grey = reader.decode().map_err(wrong)?.into_luma16();
+    let values = grey.as_raw().iter().map(|v| f32::from(*v) / 65535.0).collect();
+    AoImage::new(grey.width() as usize, grey.height() as usize, values).map_err(Error::in_file(path))
+}
+
+fn extension(path: &Path) -> String {
+    path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase()
+}
+
+fn unknown(path: &Path, extension: &str) -> Error {
+    Error::file(path, "the extension .exr or .png", format!("{extension:?}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn ramp() -> AoImage {
+        AoImage::new(7, 3, (0..21).map(|i| i as f32 / 20.0).collect()).unwrap()
+    }
+
+    #[test]
+    fn both_formats_round_trip() {
+        let dir = tempfile::tempdir().unwrap();
+        for (name, tolerance) in [("a.exr", 0.0), ("a.png", 1.0 / 65535.0)] {
+            let path = dir.path().join(name);
+            save_ao(&path, &ramp()).unwrap();
+            let found = load_ao(&path).unwrap();
+            for (a, b) in ramp().visibility().iter().zip(found.visibility()) {
+                assert!((a - b).abs() <= tolerance, "{name}: {a} {b}");
+            }
+        }
+    }
+
+    #[test]
+    fn truncated_and_unknown_files_are_refused_by_name() {
+        let dir = tempfile::tempdir().unwrap();
+        for name in ["a.exr", "a.png"] {
+            let path = dir.path().join(name);
+            save_ao(&path, &ramp()).unwrap();
+            let bytes = std::fs::read(&path).unwrap();
+            for end in [0, 4, bytes.len() / 2, bytes.len() - 5] {
+                std::fs::write(&path, &bytes[..end]).unwrap();
+                assert!(load_ao(&path).unwrap_err().to_string().contains(name));
+            }
+        }
+        let error = save_ao(&dir.path().join("a.jpg"), &ramp()).unwrap_err().to_string();
+        assert!(error.contains("a.jpg") && error.contains(".png"), "{error}");
+    }
+}
