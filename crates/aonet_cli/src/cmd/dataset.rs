@@ -80,7 +80,8 @@ struct Make {
     /// A glTF file that a camera can stand inside. May be repeated.
     #[arg(long, value_name = "FILE")]
     environment: Vec<PathBuf>,
-    /// Procedural scenes, such as room:0..8 or city:3. May be repeated.
+    /// Scenes made from code, such as street:0..8 or cave:3. May be repeated. Without this, --scene and
+    /// --environment, the any-radius preset has four of every kind.
     #[arg(long, value_name = "KIND:SEEDS")]
     procedural: Vec<String>,
     /// What the scenes of --scene, --environment and --procedural are kept for.
@@ -185,8 +186,13 @@ fn scenes(make: &Make, preset: Preset) -> Result<Vec<SceneSpec>> {
             scenes.push(SceneSpec::from_file(file, split)?.with_environment(environment));
         }
     }
-    for request in &make.procedural {
-        let (kind, seeds) = parse_procedural(request)?;
+    let mut procedural =
+        make.procedural.iter().map(|text| parse_procedural(text)).collect::<Result<Vec<_>>>()?;
+    let given = !(procedural.is_empty() && make.scene.is_empty() && make.environment.is_empty());
+    if preset == Preset::AnyRadius && !given {
+        procedural.extend(Kind::ALL.iter().map(|&kind| (kind, 0..4)));
+    }
+    for (kind, seeds) in procedural {
         for seed in seeds {
             scenes.push(SceneSpec::procedural(kind, seed, split));
         }

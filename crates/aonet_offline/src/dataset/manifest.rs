@@ -233,3 +233,104 @@ fn first_difference(place: &str, a: &Value, b: &Value) -> Option<(String, String
         _ => (a != b).then(|| (place.trim_start_matches('.').to_owned(), a.to_string(), b.to_string())),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::plan::{Preset, Recipe};
+    use super::super::scenes::SceneSpec;
+    use super::*;
+    use crate::scene::procedural::Kind;
+    use serde_json::json;
+
+    fn manifest() -> Value {
+        let scene = |seed, split| SceneSpec::procedural(Kind::Hall, seed, split);
+        let scenes = vec![scene(0, SceneSplit::Train), scene(1, SceneSplit::Val), scene(2, SceneSplit::Test)];
+        let plan = Plan::new(Recipe::preset(Preset::AnyRadius), scenes).unwrap();
+        let mut json = serde_json::to_value(Manifest::new(Path::new("d"), plan, None)).unwrap();
+        json["frames"] = json!([{
+            "file": "frames/hall_0/000000.exr", "scene": "hall_0", "index": 0, "split": "train", "radius": 0.5,
+            "view": {"eye": [0, 1, 2], "target": [0, 0, 0], "width": 8, "height": 8, "radius": 0.5},
+            "spp": 64, "seed": 1
+        }]);
+        json
+    }
+
+    fn load(json: &Value) -> Result<Manifest> {
+        Manifest::from_bytes(json.to_string().as_bytes(), Path::new("d/manifest.json"))
+    }
+
+    #[test]
+    fn a_manifest_gives_its_frames_and_paths() {
+        let m = load(&manifest()).unwrap();
+        assert_eq!(m.frames(Split::Train).count(), 1);
+        assert_eq!(m.frames(Split::Test).count(), 0);
+        assert_eq!(m.path(&m.frames[0]), Path::new("d/frames/hall_0/000000.exr"));
+        assert_eq!(m.missing(), 6639);
+    }
+
+    #[test]
+    fn hostile_manifests_are_refused_by_name() {
+        let frame = "/frames/0";
+        for (at, value, named) in [
+            ("/format", json!(2), "format 1"),
+            ("/format", json!(null), "manifest"),
+            ("/recipe/spp", json!(0), "rays per pixel"),
+            ("/recipe/width", json!(0), "frame size"),
+            ("/recipe/frames/train", json!(4_294_967_295u32), "number of frames"),
+            ("/recipe/radius", json!({"scene_fraction": -1.0}), "radius rule"),
+            ("/recipe/radius", json!({"image_fraction": {"min": 0.5, "max": 0.1}}), "radius rule"),
+            ("/scenes/0/name", json!("../x"), "scene name"),
+            ("/scenes/0/name", json!("HALL_1"), "hall_1 twice"),
+            ("/scenes/1/split", json!("test"), "split val"),
+            ("/shard", json!({"index": 3, "count": 2}), "3/2"),
+            ("/shard", json!({"index": 0, "count": 0}), "0/0"),
+            ("/frames/0/file", json!("../secret.exr"), "inside the manifest's folder"),
+            ("/frames/0/file", json!("/etc/passwd"), "inside the manifest's folder"),
+            ("/frames/0/file", json!("a/../../b"), "inside the manifest's folder"),
+            ("/frames/0/file", json!("C:\\x"), "inside the manifest's folder"),
+            ("/frames/0/file", json!(""), "inside the manifest's folder"),
+            ("/frames/0/scene", json!("nowhere"), "one of the manifest's scenes"),
+            ("/frames/0/split", json!("test"), "test of a scene kept for train"),
+            ("/frames/0/radius", json!(-0.5), "radius"),
+            ("/frames/0/radius", json!(1e99), "manifest"),
+            ("/frames/0/view/radius", json!(null), "manifest"),
+            ("/frames/0/view/eye", json!([0, 0, 0]), "camera"),
+            ("/frames/0/view/width", json!(-8), "manifest"),
+            ("/frames/0/spp", json!(0), "ray per pixel"),
+        ] {
+            let mut json = manifest();
+            match json.pointer_mut(at) {
+                Some(place) => *place = value.clone(),
+                None => json[&at[1..]] = value.clone(),
+            }
+            let message = load(&json).unwrap_err().to_string();
+            assert!(
+                message.contains(named) && message.contains("manifest.json"),
+                "{at} = {value}: {message}"
+            );
+        }
+        let mut twice = manifest();
+        let copy = twice.pointer(frame).unwrap().clone();
+        twice["frames"].as_array_mut().unwrap().push(copy);
+        assert!(load(&twice).unwrap_err().to_string().contains("again"));
+    }
+
+    #[test]
+    fn cut_bytes_never_panic() {
+        let bytes = manifest().to_string().into_bytes();
+        for end in 0..bytes.len() {
+            assert!(Manifest::from_bytes(&bytes[..end], Path::new("m")).is_err(), "{end}");
+        }
+    }
+
+    #[test]
+    fn the_first_difference_is_named() {
+        let difference = |a, b| first_difference("", &a, &b).map(|d| d.0);
+        assert_eq!(
+            difference(json!({"a": [1, {"b": 2}]}), json!({"a": [1, {"b": 3}]})),
+            Some("a[1].b".into())
+        );
+        assert_eq!(difference(json!({"a": [1]}), json!({"a": [1, 2]})), Some("a.length".into()));
+        assert_eq!(difference(json!({"a": 1}), json!({"a": 1})), None);
+    }
+}

@@ -6,11 +6,11 @@ use crate::error::{Error, Result};
 use std::path::{Path, PathBuf};
 
 /// Joins the shard manifests in `dirs` into `manifest.json` in the first of them. Frame files of the other
-/// folders are copied there; what is there already stays.
+/// folders are copied there.
 ///
 /// # Errors
-/// When there are no shards, they do not belong together, one is missing, doubled or incomplete, or a frame
-/// file is gone.
+/// When there are no shards, they do not belong together, one is missing, doubled or incomplete, a frame
+/// file is gone, or the first folder holds another dataset.
 pub fn merge(dirs: &[PathBuf]) -> Result<Manifest> {
     let mut shards = Vec::new();
     for dir in dirs {
@@ -25,6 +25,9 @@ pub fn merge(dirs: &[PathBuf]) -> Result<Manifest> {
         ));
     };
     let mut whole = Manifest::new(target, first.plan.clone(), None);
+    if target.join(Manifest::file_name(None)).exists() {
+        Manifest::load(target)?.check_same(&whole)?;
+    }
     let count = first.shard.map_or(1, |s| s.count);
     for index in 1..=count {
         let shard = Some(Shard::new(index, count)?);
@@ -69,7 +72,7 @@ fn shard_manifests(dir: &Path) -> Result<Vec<Manifest>> {
 
 /// Copies a frame file unless it is in place already.
 fn bring(from: &Path, to: &Path) -> Result<()> {
-    if from == to || to.is_file() {
+    if from == to {
         return from.metadata().map(drop).map_err(Error::io(from));
     }
     let folder = to.parent().unwrap_or(Path::new(""));

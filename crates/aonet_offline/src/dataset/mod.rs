@@ -24,3 +24,8 @@ pub use plan::{Counts, Job, Plan, Preset, RadiusRule, Recipe, SceneSplit, Shard}
 pub use propose::propose_view;
 pub use scenes::{Candidate, SceneSpec};
 pub use sheet::{contact_sheet, save_png};
+
+#[cfg(test)]
+mod fixtures;
+#[cfg(test)]
+mod tests;

@@ -139,7 +139,7 @@ impl<'a> Stage<'a> {
             median_depth: if outside { 0.2 } else { 0.08 },
             near: 0.2,
             near_share: 0.25,
-            edges: 0.08,
+            edges: 0.05,
         }
     }
 
@@ -272,4 +272,68 @@ fn probe_size(recipe: &Recipe) -> (usize, usize) {
     let scale = (PROBE_PIXELS / (width * height)).sqrt();
     let side = |length: f32| (scale * length).round().max(8.0) as usize;
     (side(width), side(height))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::fixtures::{cuboid, room, stack, write_glb};
+    use super::super::plan::{Preset, SceneSplit};
+    use super::*;
+    use crate::Scene;
+
+    fn views(scene: &Scene, environment: bool, count: u32) -> Result<Vec<View>> {
+        let dir = tempfile::tempdir().unwrap();
+        let file = write_glb(dir.path(), "x", scene);
+        let spec = SceneSpec::from_file(&file, SceneSplit::Train)?.with_environment(environment);
+        let (scene, content) = spec.load()?;
+        let tracer = Tracer::new(scene);
+        let stage = Stage::new(&spec, &tracer, content);
+        let recipe = Recipe::preset(Preset::AnyRadius);
+        let view = |i| stage.view(&recipe, &mut Random::of_frame(3, "x", i));
+        (0..count).map(|i| view(i).map(|(view, _)| view)).collect()
+    }
+
+    #[test]
+    fn cameras_of_a_room_stand_in_its_free_space() {
+        for view in views(&room(), true, 40).unwrap() {
+            let eye = Vec3::from(view.eye);
+            assert!(eye.abs().cmplt(Vec3::new(3.0, 3.0, 2.5)).all() && eye.y > 0.0, "{eye}");
+            let in_box = |i: usize| {
+                let (x, z) = (-2.5 + 1.6 * (i % 4) as f32, -2.0 + 1.8 * (i / 4) as f32);
+                let (p, size) = (eye - Vec3::new(x, 0.0, z), Vec3::new(0.4, 0.3 + 0.15 * i as f32, 0.5));
+                p.cmpgt(Vec3::ZERO).all() && p.cmplt(size).all()
+            };
+            assert!(!(0..12).any(in_box), "{eye}");
+        }
+    }
+
+    #[test]
+    fn cameras_of_an_object_stay_above_its_ground_and_see_it() {
+        for view in views(&stack(), false, 40).unwrap() {
+            let (eye, target) = (Vec3::from(view.eye), Vec3::from(view.target));
+            assert!(eye.y > 0.0 && (35.0..=90.0).contains(&view.fov_y_deg));
+            assert!((-0.1..1.1).contains(&target.x) && (0.0..=1.5).contains(&target.y), "{target}");
+        }
+    }
+
+    #[test]
+    fn cameras_never_stand_inside_closed_boxes() {
+        let mut village = cuboid(Vec3::new(-6.0, -0.1, -6.0), Vec3::new(6.0, 0.0, 6.0), false);
+        let corners: Vec<Vec3> =
+            (0..9).map(|i| Vec3::new((i % 3 * 4 - 5) as f32, 0.0, (i / 3 * 4 - 5) as f32)).collect();
+        let size = Vec3::new(2.5, 3.0, 2.5);
+        corners.iter().for_each(|&c| village.append(&cuboid(c, c + size, false)));
+        for view in views(&village, true, 60).unwrap() {
+            let eye = Vec3::from(view.eye);
+            assert!(!corners.iter().any(|&c| eye.cmpgt(c).all() && eye.cmplt(c + size).all()), "{eye}");
+        }
+    }
+
+    #[test]
+    fn a_scene_with_nothing_to_see_is_named_with_the_reasons() {
+        let mut floor = cuboid(Vec3::new(-1.0, -0.1, -1.0), Vec3::new(1.0, 0.0, 1.0), false);
+        floor.triangle.retain(|t| t.iter().all(|&i| floor.position[i as usize].y == 0.0));
+        let message = views(&floor, true, 1).unwrap_err().to_string();
+        assert!(message.contains("scene x") && message.contains("nothing to see"), "{message}");
+    }
 }

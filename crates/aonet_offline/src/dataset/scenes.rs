@@ -62,8 +62,7 @@ impl SceneSpec {
 
     /// A scene made from code, named after its kind and seed. It brings its own ground.
     pub fn procedural(kind: Kind, seed: u64, split: SceneSplit) -> Self {
-        let scene = Self::new(format!("{kind}_{seed}"), SceneSource::Procedural { kind, seed }, split);
-        Self { environment: kind != Kind::ClutterPile, ..scene }
+        Self::new(format!("{kind}_{seed}"), SceneSource::Procedural { kind, seed }, split)
     }
 
     fn new(name: String, source: SceneSource, split: SceneSplit) -> Self {

@@ -12,15 +12,19 @@ const CELL: u32 = 320;
 /// Space between pictures [px].
 const GAP: u32 = 4;
 
-/// `count` frames spread over a dataset, each as its normals (n/2 + 1/2) above its AO, in rows of `columns`.
+/// Most frames of a sheet: a picture of 100 megapixels.
+const MAX_COUNT: usize = 1000;
+
+/// Up to `count` frames spread over a dataset, each as its normals (n/2 + 1/2) above its AO, in rows of `columns`.
 ///
 /// # Errors
-/// When the dataset has no frames or a frame cannot be read.
+/// When the dataset has no frames, a frame cannot be read, or `count` or `columns` is out of range.
 pub fn contact_sheet(manifest: &Manifest, count: usize, columns: usize) -> Result<RgbImage> {
     let total = manifest.frames.len();
     let count = count.min(total);
-    if count == 0 || columns == 0 {
-        return Err(Error::request("contact sheet", "at least one frame and one column", count.min(columns)));
+    if !(1..=MAX_COUNT).contains(&count) || columns == 0 {
+        let expected = format!("1 to {MAX_COUNT} frames and at least one column");
+        return Err(Error::request("contact sheet", expected, format!("{count} frames, {columns} columns")));
     }
     let columns = columns.min(count) as u32;
     let recipe = &manifest.plan.recipe;
