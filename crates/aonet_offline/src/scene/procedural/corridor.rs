@@ -101,6 +101,11 @@ fn cell(mesh: &mut Mesh, (lo, size): (Vec2, Vec2), rng: &mut Rng) {
     if plate.min_element() < 0.08 {
         return;
     }
+    detail(mesh, face, (plate, rng));
+}
+
+/// What sits on a plate whose lower edge is at `face`.
+fn detail(mesh: &mut Mesh, face: Pose, (plate, rng): (Vec2, &mut Rng)) {
     match rng.below(8) {
         0 => mesh.add(&block((plate * 0.6).extend(0.03), 0.006), face.shift(0.0, 0.2 * plate.y, 0.0)),
         1 => {

@@ -54,7 +54,7 @@ impl Support {
 
 /// Covered things in front of drapes.
 pub(super) fn drapes(rng: &mut Rng) -> Mesh {
-    let half = vec2(rng.range(1.6, 2.4), rng.range(1.2, 1.8));
+    let half = vec2(rng.range(1.3, 1.9), rng.range(1.0, 1.3));
     let mut mesh = super::architecture::floor(half, &mut rng.fork());
     let height = rng.range(2.2, 3.0);
     mesh.add(&cuboid(vec3(2.0 * half.x + 0.4, height, 0.2)), Pose::at(0.0, 0.0, -half.y - 0.1));

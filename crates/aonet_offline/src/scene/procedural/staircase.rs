@@ -1,7 +1,8 @@
 //! A stairwell with straight flights, landings and a spiral stair.
 
-use super::architecture::{column, door, floor, trim_around, trim_profile, wall, window};
+use super::architecture::{Opening, column, door, floor, frame, trim_around, trim_profile, wall, window};
 use super::mesh::{Mesh, Pose, turn};
+use super::props::picture;
 use super::rng::Rng;
 use super::shapes::{ball, block, cuboid, curve, cylinder, extrude, lathe, tube};
 use glam::{Vec2, Vec3, vec2, vec3};
@@ -113,6 +114,7 @@ fn shell(mesh: &mut Mesh, (half, height, storey): (Vec2, f32, f32), rng: &mut Rn
             y += storey;
         }
         mesh.add(&wall(vec3(2.0 * long + 2.0 * thick, height, thick), &holes), pose);
+        decorate(mesh, (pose.shift(0.0, 0.0, 0.5 * thick), long, height), (&holes, rng));
         for (lo, hi) in holes {
             let at = pose.shift(0.5 * (lo.x + hi.x), lo.y, 0.0);
             let fitting = if side == 0 { door(hi - lo, rng) } else { window(hi - lo, thick, rng) };
@@ -126,6 +128,29 @@ fn shell(mesh: &mut Mesh, (half, height, storey): (Vec2, f32, f32), rng: &mut Rn
     let cornice = trim_profile(0.2, 0.15, rng);
     let down: Vec<Vec2> = cornice.iter().rev().map(|p| vec2(p.x, -p.y)).collect();
     mesh.add(&trim_around(half, height, &down), Pose::IDENTITY);
+}
+
+/// Mouldings in fields and pictures on a wall whose face is at `face`, where its openings leave room.
+fn decorate(mesh: &mut Mesh, (face, long, height): (Pose, f32, f32), (holes, rng): (&[Opening], &mut Rng)) {
+    let n = (long / rng.range(0.5, 0.9)).ceil();
+    let wide = 2.0 * long / n;
+    let rows = (height / 1.45) as usize;
+    let field = frame(vec2(wide - 0.3, 1.0), vec2(0.05, 0.03));
+    for (i, j) in (0..n as usize).flat_map(|i| (0..rows).map(move |j| (i, j))) {
+        let at = vec2((i as f32 + 0.5) * wide - long, j as f32 * 1.45 + 0.3);
+        let free = |(lo, hi): &Opening| {
+            hi.x < at.x - 0.5 * wide || lo.x > at.x + 0.5 * wide || hi.y < at.y - 0.15 || lo.y > at.y + 1.2
+        };
+        if !holes.iter().all(free) {
+            continue;
+        }
+        let pose = face.shift(at.x, at.y, 0.0);
+        mesh.add(&field, pose.shift(0.0, 0.0, 0.01));
+        if rng.chance(0.3) && wide > 0.7 {
+            let size = vec2(rng.range(0.4, 0.7) * wide, rng.range(0.4, 0.7));
+            mesh.add(&picture(size, rng), pose.shift(0.0, 0.15, 0.0));
+        }
+    }
 }
 
 /// Steps that climb along +z from the origin, x about 0, with rails on both sides.

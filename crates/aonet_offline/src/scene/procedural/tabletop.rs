@@ -43,7 +43,8 @@ pub(super) fn meal(rng: &mut Rng) -> Mesh {
 fn top(half: Vec2, rng: &mut Rng) -> Mesh {
     let mut mesh = super::furniture::table(vec3(2.0 * half.x, 0.75, 2.0 * half.y), &mut rng.fork());
     mesh = mesh.at(Pose::at(0.0, -0.752, 0.0));
-    mesh.add(&block(vec3(6.0, 0.1, 6.0), 0.01), Pose::at(0.0, -0.86, 0.0));
+    let floor = super::architecture::floor(half * 1.15, rng);
+    mesh.add(&floor, Pose::at(0.0, -0.755, 0.0));
     if rng.chance(0.4) {
         let noise = Noise::new(rng);
         let hang = rng.range(0.1, 0.3);

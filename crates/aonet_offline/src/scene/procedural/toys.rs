@@ -47,7 +47,7 @@ pub(super) fn blocks(rng: &mut Rng) -> Mesh {
 
 /// A floor with a thick, slightly wavy rug.
 fn rug(half: f32, rng: &mut Rng) -> Mesh {
-    let mut mesh = super::architecture::floor(Vec2::splat(1.5 * half), rng).at(Pose::at(0.0, -0.006, 0.0));
+    let mut mesh = super::architecture::floor(Vec2::splat(1.08 * half), rng).at(Pose::at(0.0, -0.006, 0.0));
     mesh.add(&block(vec3(2.04 * half, 0.005, 2.04 * half), 0.002), Pose::at(0.0, -0.006, 0.0));
     mesh.add(&block(vec3(1.9 * half, 0.006, 1.9 * half), 0.002), Pose::at(0.0, -0.006, 0.0));
     mesh

@@ -43,6 +43,18 @@ pub(super) fn village(rng: &mut Rng) -> Mesh {
         let home = if k == 0 { tower.clone() } else { cottage(&mut rng.fork()) };
         (0..6).any(|i| put(&home, t * (9.0 + i as f32 * 1.1 + rng.range(0.0, 1.0)), face + rng.spread(0.3)));
     }
+    outdoors(&mut put, half, rng);
+    let stone = rock(vec3(1.0, 0.7, 0.9), rng);
+    for _ in 0..rng.count(30, 80) {
+        let at = rng.in_rect(Vec2::splat(half));
+        let size = 0.1 + 0.7 * rng.unit() * rng.unit() * rng.unit();
+        mesh.add(&stone, Pose::at(at.x, level(at) + 0.1 * size, at.y).yaw(rng.angle()).scale(size));
+    }
+    mesh
+}
+
+/// Trees, carts, fences and grass between the houses; `put` places a thing if it finds the place free.
+fn outdoors(put: &mut impl FnMut(&Mesh, Vec2, f32) -> bool, half: f32, rng: &mut Rng) {
     let trees: Vec<Mesh> = (0..3)
         .map(|k| if k == 0 { conifer(6.0, rng) } else { tree(rng.range(4.0, 6.5), 1100, rng) })
         .collect();
@@ -56,13 +68,6 @@ pub(super) fn village(rng: &mut Rng) -> Mesh {
             _ => _ = put(&grass(0.4, 20, rng), at, rng.angle()),
         }
     }
-    let stone = rock(vec3(1.0, 0.7, 0.9), rng);
-    for _ in 0..rng.count(30, 80) {
-        let at = rng.in_rect(Vec2::splat(half));
-        let size = 0.1 + 0.7 * rng.unit() * rng.unit() * rng.unit();
-        mesh.add(&stone, Pose::at(at.x, level(at) + 0.1 * size, at.y).yaw(rng.angle()).scale(size));
-    }
-    mesh
 }
 
 /// A cottage that faces +z: stone foot, timber frame, tiled gable roof, chimney.
@@ -201,8 +206,16 @@ fn church(rng: &mut Rng) -> Mesh {
     }
     let rise = gables(&mut mesh, size, rng);
     roof(&mut mesh, size, rise, rng);
-    let (tall, w) = (rng.range(7.5, 10.0), 2.6);
-    let at = Pose::at(0.5 * size.x + 0.5 * w - 0.3, 0.0, 0.0);
+    let w = 2.6;
+    mesh.add(&steeple(w, rng), Pose::at(0.5 * size.x + 0.5 * w - 0.3, 0.0, 0.0));
+    mesh
+}
+
+/// A square tower of width `w` with a bell and a spire.
+fn steeple(w: f32, rng: &mut Rng) -> Mesh {
+    let mut mesh = Mesh::default();
+    let tall = rng.range(7.5, 10.0);
+    let at = Pose::IDENTITY;
     for k in 0..4 {
         let face = at.yaw(k as f32 * FRAC_PI_2).shift(0.0, 0.0, 0.5 * w - 0.2);
         let mut holes =

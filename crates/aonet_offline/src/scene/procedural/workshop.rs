@@ -151,36 +151,9 @@ fn counters(mesh: &mut Mesh, (half, back): (Vec2, Pose), rng: &mut Rng) {
     let worktop = back.shift(0.0, high + 0.5 * top, deep + 0.03).pitch(-FRAC_PI_2);
     mesh.add(&slab, worktop);
     let surface = high + top;
-    let basin = back.shift(sink, high - 0.16, deep + 0.03 - 0.29);
-    for (size, at) in [
-        (vec3(0.5, 0.02, 0.4), vec3(0.0, 0.0, 0.0)),
-        (vec3(0.5, 0.17, 0.015), vec3(0.0, 0.0, 0.197)),
-        (vec3(0.5, 0.17, 0.015), vec3(0.0, 0.0, -0.197)),
-        (vec3(0.015, 0.17, 0.4), vec3(0.247, 0.0, 0.0)),
-        (vec3(0.015, 0.17, 0.4), vec3(-0.247, 0.0, 0.0)),
-    ] {
-        mesh.add(&block(size, 0.004), basin.shift(at.x, at.y, at.z));
-    }
-    for _ in 0..3 {
-        mesh.add(
-            &plate(0.12),
-            basin.shift(rng.spread(0.06), 0.05, 0.0).yaw(rng.angle()).pitch(rng.range(0.2, 0.6)),
-        );
-    }
+    basin(mesh, back.shift(sink, high - 0.16, deep + 0.03 - 0.29), rng);
     mesh.add(&faucet(), back.shift(sink, surface, 0.07));
-    let hob = back.shift(stove, surface, 0.5 * deep);
-    mesh.add(&block(vec3(0.58, 0.015, 0.5), 0.005), hob);
-    for (sx, sz) in [(-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)] {
-        let ring = hob.shift(0.14 * sx, 0.015, 0.12 * sz);
-        mesh.add(&cylinder((0.05, 0.04), 0.015, 24), ring);
-        for k in 0..4 {
-            let bar = block(vec3(0.012, 0.012, 0.09), 0.002);
-            mesh.add(&bar, ring.yaw(k as f32 * FRAC_PI_2).shift(0.0, 0.018, 0.06));
-        }
-        if rng.chance(0.6) {
-            mesh.add(&pan(rng), ring.shift(0.0, 0.031, 0.0).yaw(rng.spread(1.0)));
-        }
-    }
+    stove_top(mesh, back.shift(stove, surface, 0.5 * deep), rng);
     let step = 0.24;
     for k in 0..(long / step) as usize {
         let x = (k as f32 + 0.5) * step - 0.5 * long;
@@ -198,6 +171,41 @@ fn counters(mesh: &mut Mesh, (half, back): (Vec2, Pose), rng: &mut Rng) {
                 .for_each(|i| mesh.add(&bowl(0.09, 0.06), at.shift(0.0, 0.022 * i as f32, 0.0))),
             5 => mesh.add(&utensils(rng), at),
             _ => {}
+        }
+    }
+}
+
+/// A sink of sheet metal with dishes in it, its floor about `at`.
+fn basin(mesh: &mut Mesh, at: Pose, rng: &mut Rng) {
+    for (size, p) in [
+        (vec3(0.5, 0.02, 0.4), vec3(0.0, 0.0, 0.0)),
+        (vec3(0.5, 0.17, 0.015), vec3(0.0, 0.0, 0.197)),
+        (vec3(0.5, 0.17, 0.015), vec3(0.0, 0.0, -0.197)),
+        (vec3(0.015, 0.17, 0.4), vec3(0.247, 0.0, 0.0)),
+        (vec3(0.015, 0.17, 0.4), vec3(-0.247, 0.0, 0.0)),
+    ] {
+        mesh.add(&block(size, 0.004), at.shift(p.x, p.y, p.z));
+    }
+    for _ in 0..3 {
+        mesh.add(
+            &plate(0.12),
+            at.shift(rng.spread(0.06), 0.05, 0.0).yaw(rng.angle()).pitch(rng.range(0.2, 0.6)),
+        );
+    }
+}
+
+/// Four burners with pans.
+fn stove_top(mesh: &mut Mesh, hob: Pose, rng: &mut Rng) {
+    mesh.add(&block(vec3(0.58, 0.015, 0.5), 0.005), hob);
+    for (sx, sz) in [(-1.0, -1.0), (-1.0, 1.0), (1.0, -1.0), (1.0, 1.0)] {
+        let ring = hob.shift(0.14 * sx, 0.015, 0.12 * sz);
+        mesh.add(&cylinder((0.05, 0.04), 0.015, 24), ring);
+        for k in 0..4 {
+            let bar = block(vec3(0.012, 0.012, 0.09), 0.002);
+            mesh.add(&bar, ring.yaw(k as f32 * FRAC_PI_2).shift(0.0, 0.018, 0.06));
+        }
+        if rng.chance(0.6) {
+            mesh.add(&pan(rng), ring.shift(0.0, 0.031, 0.0).yaw(rng.spread(1.0)));
         }
     }
 }
