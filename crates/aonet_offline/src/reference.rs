@@ -153,7 +153,7 @@ fn cluster(points: &mut [Spoke], level: usize) {
     if points.len() <= FAN {
         return;
     }
-    let along = |p: &Spoke| p.index.sqrt() * if level % 2 == 0 { p.cos } else { p.sin };
+    let along = |p: &Spoke| p.index.sqrt() * if level.is_multiple_of(2) { p.cos } else { p.sin };
     points.sort_by(|a, b| along(a).total_cmp(&along(b)));
     let half = points.len() / FAN / 2 * FAN;
     let (a, b) = points.split_at_mut(half.max(FAN));

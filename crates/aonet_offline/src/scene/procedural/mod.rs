@@ -186,6 +186,23 @@ pub fn build(kind: Kind, seed: u64) -> Scene {
     mesh.into_scene(format!("procedural:{kind}:{seed}"))
 }
 
+/// The scene and view of the program's demonstration.
+pub fn demo() -> (Scene, crate::View) {
+    let view = crate::View {
+        eye: [1.0, 1.6, 1.0],
+        target: [0.0, 0.8, 0.0],
+        up: [0.0, 1.0, 0.0],
+        fov_y_deg: 60.0,
+        ortho_height: None,
+        width: 1280,
+        height: 720,
+        near: 0.01,
+        far: f32::INFINITY,
+        radius: 0.5,
+    };
+    (build(Kind::FurnishedRoom, 0), view)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -211,21 +228,4 @@ mod tests {
         let message = "moon".parse::<Kind>().unwrap_err().to_string();
         assert!(message.contains("moon") && message.contains("clutter_pile"), "{message}");
     }
-}
-
-/// The scene and view of the program's demonstration.
-pub fn demo() -> (Scene, crate::View) {
-    let view = crate::View {
-        eye: [1.0, 1.6, 1.0],
-        target: [0.0, 0.8, 0.0],
-        up: [0.0, 1.0, 0.0],
-        fov_y_deg: 60.0,
-        ortho_height: None,
-        width: 1280,
-        height: 720,
-        near: 0.01,
-        far: f32::INFINITY,
-        radius: 0.5,
-    };
-    (build(Kind::FurnishedRoom, 0), view)
 }

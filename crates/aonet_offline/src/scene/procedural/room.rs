@@ -37,7 +37,7 @@ impl Room {
     }
 
     fn wall_length(&self, side: usize) -> f32 {
-        2.0 * if side % 2 == 0 { self.half.x } else { self.half.y }
+        2.0 * if side.is_multiple_of(2) { self.half.x } else { self.half.y }
     }
 
     /// Puts `part` with its back to some wall where there is place; where it went.
