@@ -3,8 +3,10 @@
 
 use super::aligned::Aligned;
 use super::bands::{Band, Workers};
+use super::guide_window::GuideWindow;
 use super::kernel_predict::Tile;
 use super::level::Isa;
+use super::patch_merge;
 use super::simd::{Kernel, Simd};
 use crate::ao_image::AoImage;
 use crate::error::Result;
@@ -105,36 +107,14 @@ impl Kernel for HeadBand<'_> {
             let y = band.first + i;
             let features = &self.input[y * head.input.row_len()..][..head.input.row_len()];
             for x in (0..cells).step_by(VECTORS * S::LANES) {
-                let tile = Tile { head, features, guide: self.guide, y, x };
+                let (buffer, patch) = (&head.guide, head.patch);
+                let guide = GuideWindow { guide: self.guide, buffer, patch, y, x };
+                let tile = Tile { head, features, guide };
                 let visibility = match cells - x > S::LANES {
                     true => tile.run::<S, VECTORS>(simd, band.scratch),
                     false => tile.run::<S, 1>(simd, band.scratch),
                 };
-                write((image, depth), visibility, (head.patch, width, x));
-            }
-        }
-    }
-}
-
-/// Writes the visibility of the cells from `x` on, for each pixel of a patch `visibility.1` cells, into a row of
-/// cells of the image.
-#[inline(always)]
-fn write(
-    (image, depth): (&mut [f32], &[f32]),
-    (visibility, cells): (&[f32], usize),
-    (patch, width, x): (usize, usize, usize),
-) {
-    let first = x * patch;
-    let last = width.min(first + cells * patch);
-    for (dy, (line, depth)) in image.chunks_exact_mut(width).zip(depth.chunks_exact(width)).enumerate() {
-        let phases = &visibility[dy * patch * cells..][..patch * cells];
-        let pixels = line[first..last].chunks_mut(patch).zip(depth[first..last].chunks(patch));
-        for (cell, (line, depth)) in pixels.enumerate() {
-            for (dx, (out, depth)) in line.iter_mut().zip(depth).enumerate() {
-                // NaN, from weights so large that sums overflow, becomes 0.
-                let value = phases[dx * cells + cell];
-                let visibility = if value > 0.0 { value.min(1.0) } else { 0.0 };
-                *out = if *depth == f32::INFINITY { 1.0 } else { visibility };
+                patch_merge::write((image, depth), visibility, (patch, width, x));
             }
         }
     }

@@ -1,10 +1,11 @@
 //! A few vectors of cells through the head. See [`crate::net::Op::KernelPredict`]; AO-Net §3.3, Eq. 2.
 
+use super::guide_window::{GuideWindow, window_len, window_side};
 use super::head::{Head, VECTORS};
 use super::simd::Simd;
 use crate::net::config::KernelWeights;
-use crate::net::graph::{FIRST_TAP, GUIDE_CHANNELS, TAPS, WINDOW};
-use crate::net::plan::{Buffer, HALO};
+use crate::net::graph::{GUIDE_CHANNELS, TAPS, WINDOW};
+use crate::net::plan::{CHANNEL_BLOCK, HALO};
 
 /// Weights of one row of a kernel.
 const ROW_TAPS: usize = WINDOW * GUIDE_CHANNELS;
@@ -14,18 +15,13 @@ pub(super) struct Tile<'a> {
     pub(super) head: &'a Head,
     /// The row of the head's input.
     pub(super) features: &'a [f32],
-    /// The whole guide.
-    pub(super) guide: &'a [f32],
-    /// Row of cells.
-    pub(super) y: usize,
-    /// First cell.
-    pub(super) x: usize,
+    pub(super) guide: GuideWindow<'a>,
 }
 
 impl Tile<'_> {
     /// Values of scratch memory for `cells` cells: features, window, kernels and visibility.
     pub(super) fn scratch_len(head: &Head, cells: usize) -> usize {
-        (head.input.channels + window_len(head) + TAPS + head.patch * head.patch) * cells
+        (feature_lines(head) + window_len(head.patch) + TAPS + head.patch * head.patch) * cells
     }
 
     /// The visibility of `N` vectors of cells, pixel of the patch by pixel, and the number of cells.
@@ -50,8 +46,8 @@ impl Tile<'_> {
         scratch: &'s mut [f32],
     ) -> (&'s [f32], usize) {
         let cells = N * S::LANES;
-        let (features, rest) = scratch.split_at_mut(self.head.input.channels * cells);
-        let (window, rest) = rest.split_at_mut(window_len(self.head) * cells);
+        let (features, rest) = scratch.split_at_mut(feature_lines(self.head) * cells);
+        let (window, rest) = rest.split_at_mut(window_len(self.head.patch) * cells);
         let (kernel, rest) = rest.split_at_mut(TAPS * cells);
         let visibility = &mut rest[..self.head.patch * self.head.patch * cells];
         self.transpose_features::<S>(features, cells);
@@ -65,13 +61,13 @@ impl Tile<'_> {
                 }
             }
             KernelWeights::Linear => {
-                self.fill_window(window, cells);
+                self.guide.copy_to(window, cells);
                 for (pixel, out) in visibility.chunks_exact_mut(cells).enumerate() {
                     self.apply::<S, N, K>(simd, (features, window), (pixel, out));
                 }
             }
             KernelWeights::Softmax => {
-                self.fill_window(window, cells);
+                self.guide.copy_to(window, cells);
                 for (pixel, out) in visibility.chunks_exact_mut(cells).enumerate() {
                     for (group, kernel) in kernel.chunks_exact_mut(K * cells).enumerate() {
                         let outputs = self.outputs::<S, N, K>(simd, features, pixel * (TAPS / K) + group);
@@ -124,19 +120,24 @@ impl Tile<'_> {
         (pixel, out): (usize, &mut [f32]),
     ) {
         let cells = N * S::LANES;
-        let mut total = [simd.splat(0.0); N];
+        // Four sums that do not wait for one another.
+        let mut totals = [[simd.splat(0.0); N]; 4];
         for part in 0..TAPS / K {
             let kernel = self.outputs::<S, N, K>(simd, features, pixel * (TAPS / K) + part);
             let first = self.window_index(pixel, part * K);
             let normals = window[first * cells..][..K * cells].chunks_exact(cells);
-            for (weight, normal) in kernel.iter().zip(normals) {
+            for (k, (weight, normal)) in kernel.iter().zip(normals).enumerate() {
                 for n in 0..N {
-                    total[n] = simd.mul_add(weight[n], simd.load(&normal[n * S::LANES..]), total[n]);
+                    let total = &mut totals[k % 4][n];
+                    *total = simd.mul_add(weight[n], simd.load(&normal[n * S::LANES..]), *total);
                 }
             }
         }
         let mean = simd.splat(1.0 / GUIDE_CHANNELS as f32);
-        store(simd, total.map(|t| simd.mul(t, mean)), out);
+        for (n, out) in out.chunks_exact_mut(S::LANES).enumerate() {
+            let pairs = [simd.add(totals[0][n], totals[1][n]), simd.add(totals[2][n], totals[3][n])];
+            simd.store(simd.mul(simd.add(pairs[0], pairs[1]), mean), out);
+        }
     }
 
     /// Applies a kernel after a softmax over its taps, for each component of the normal.
@@ -175,56 +176,24 @@ impl Tile<'_> {
     fn transpose_features<S: Simd>(&self, out: &mut [f32], cells: usize) {
         let width = self.head.input.width;
         let blocks = self.features.chunks_exact((width + 2 * HALO) * S::LANES);
-        for (block, out) in blocks.zip(out.chunks_mut(S::LANES * cells)) {
-            for cell in 0..cells {
-                let x = (self.x + cell).min(width - 1);
-                let pixel = &block[(x + HALO) * S::LANES..][..S::LANES];
-                for (value, line) in pixel.iter().zip(out.chunks_exact_mut(cells)) {
-                    line[cell] = *value;
+        for (block, out) in blocks.zip(out.chunks_exact_mut(S::LANES * cells)) {
+            for cell in (0..cells).step_by(4) {
+                let pixel = |i: usize| {
+                    let x = (self.guide.x + cell + i).min(width - 1) + HALO;
+                    &block[x * S::LANES..][..S::LANES]
+                };
+                let pixels = [pixel(0), pixel(1), pixel(2), pixel(3)];
+                for (c, line) in out.chunks_exact_mut(cells).enumerate() {
+                    line[cell..cell + 4].copy_from_slice(&pixels.map(|pixel| pixel[c]));
                 }
             }
         }
     }
-
-    /// Normals of the window of each cell: every pixel that a kernel of the patch reaches, edges repeated.
-    #[inline(always)]
-    fn fill_window(&self, out: &mut [f32], cells: usize) {
-        let Buffer { width, height, .. } = self.head.guide;
-        let (patch, pitch) = (self.head.patch, width + 2 * HALO);
-        let side = window_side(patch);
-        let clamped = |cell: usize, offset: usize, len: usize| {
-            let position = (cell * patch + offset) as isize + FIRST_TAP;
-            position.clamp(0, (len * patch) as isize - 1) as usize
-        };
-        for (i, out) in out.chunks_exact_mut(cells).enumerate() {
-            let (c, dx, dy) = (i % GUIDE_CHANNELS, i / GUIDE_CHANNELS % side, i / GUIDE_CHANNELS / side);
-            let y = clamped(self.y, dy, height);
-            let line = |dx: usize| {
-                let channel = (c * patch + y % patch) * patch + dx;
-                &self.guide[y / patch * self.head.guide.row_len() + channel * pitch + HALO..][..width]
-            };
-            let x = clamped(self.x, dx, width);
-            let inside = self.x * patch + dx >= FIRST_TAP.unsigned_abs() && x / patch + cells <= width;
-            if inside {
-                out.copy_from_slice(&line(x % patch)[x / patch..][..cells]);
-                continue;
-            }
-            for (cell, out) in out.iter_mut().enumerate() {
-                let x = clamped(self.x + cell, dx, width);
-                *out = line(x % patch)[x / patch];
-            }
-        }
-    }
 }
 
-/// Side of the square of pixels that the kernels of one patch reach.
-fn window_side(patch: usize) -> usize {
-    patch + WINDOW - 1
-}
-
-/// Values of that square.
-fn window_len(head: &Head) -> usize {
-    window_side(head.patch) * window_side(head.patch) * GUIDE_CHANNELS
+/// Channels of the head's input, whole blocks.
+fn feature_lines(head: &Head) -> usize {
+    head.input.channels.next_multiple_of(CHANNEL_BLOCK)
 }
 
 #[inline(always)]

@@ -31,9 +31,9 @@ impl Level {
 pub(super) enum Isa {
     Portable,
     #[cfg(target_arch = "x86_64")]
-    Avx2(super::simd::x86::Avx2),
+    Avx2(super::x86::Avx2),
     #[cfg(target_arch = "x86_64")]
-    Avx512(super::simd::x86::Avx512),
+    Avx512(super::x86::Avx512),
 }
 
 impl Isa {
@@ -41,7 +41,7 @@ impl Isa {
     /// When the machine does not have the level.
     pub(super) fn new(level: Level) -> Result<Self> {
         #[cfg(target_arch = "x86_64")]
-        use super::simd::x86::{Avx2, Avx512};
+        use super::x86::{Avx2, Avx512};
         match level {
             Level::Portable => Some(Self::Portable),
             #[cfg(target_arch = "x86_64")]
@@ -59,9 +59,9 @@ impl Isa {
         match self {
             Self::Portable => Portable::LANES,
             #[cfg(target_arch = "x86_64")]
-            Self::Avx2(_) => super::simd::x86::Avx2::LANES,
+            Self::Avx2(_) => super::x86::Avx2::LANES,
             #[cfg(target_arch = "x86_64")]
-            Self::Avx512(_) => super::simd::x86::Avx512::LANES,
+            Self::Avx512(_) => super::x86::Avx512::LANES,
         }
     }
 
@@ -70,9 +70,9 @@ impl Isa {
         match self {
             Self::Portable => Portable::ACCUMULATORS,
             #[cfg(target_arch = "x86_64")]
-            Self::Avx2(_) => super::simd::x86::Avx2::ACCUMULATORS,
+            Self::Avx2(_) => super::x86::Avx2::ACCUMULATORS,
             #[cfg(target_arch = "x86_64")]
-            Self::Avx512(_) => super::simd::x86::Avx512::ACCUMULATORS,
+            Self::Avx512(_) => super::x86::Avx512::ACCUMULATORS,
         }
     }
 

@@ -8,14 +8,20 @@ mod aligned;
 mod bands;
 mod conv;
 mod conv_tile;
+mod conv_weights;
 mod features;
+mod guide_window;
 mod head;
 mod kernel_predict;
 mod level;
+mod patch_merge;
 mod pool;
 mod resample;
+mod ring;
 mod session;
 mod simd;
+#[cfg(target_arch = "x86_64")]
+mod x86;
 
 pub use level::Level;
 pub use session::Session;

@@ -35,19 +35,30 @@ pub(super) fn avg_pool2<S: Simd>(simd: S, rows: [&[f32]; 2], out: &mut [f32], wi
 #[inline(always)]
 pub(super) fn upsample2<S: Simd>(simd: S, [near, far]: [&[f32]; 2], out: &mut [f32], width: usize) {
     let [coarse, fine] = [width / 2 + 2 * HALO, width + 2 * HALO].map(|pixels| pixels * S::LANES);
-    let (most, rest) = (simd.splat(0.75), simd.splat(0.25));
-    let mix = |a, b| simd.mul_add(rest, b, simd.mul(most, a));
     for ((near, far), out) in
         near.chunks_exact(coarse).zip(far.chunks_exact(coarse)).zip(out.chunks_exact_mut(fine))
     {
-        let pixel = |i: usize| mix(simd.load(&near[i * S::LANES..]), simd.load(&far[i * S::LANES..]));
-        let (mut left, mut centre) = (pixel(0), pixel(1));
-        for (i, out) in out[S::LANES..].chunks_exact_mut(2 * S::LANES).take(width / 2).enumerate() {
-            let right = pixel(i + 2);
-            simd.store(mix(centre, left), out);
-            simd.store(mix(centre, right), &mut out[S::LANES..]);
+        let mut columns = near.chunks_exact(S::LANES).zip(far.chunks_exact(S::LANES));
+        let (Some(first), Some(second)) = (columns.next(), columns.next()) else { continue };
+        let (mut left, mut centre) = (mix(simd, first), mix(simd, second));
+        for (out, column) in out[S::LANES..].chunks_exact_mut(2 * S::LANES).zip(columns) {
+            let right = mix(simd, column);
+            simd.store(lean(simd, centre, left), out);
+            simd.store(lean(simd, centre, right), &mut out[S::LANES..]);
             (left, centre) = (centre, right);
         }
     }
     repeat_ends(simd, out, width);
+}
+
+/// One vector from each of two slices, [`lean`]ing to the first.
+#[inline(always)]
+fn mix<S: Simd>(simd: S, (near, far): (&[f32], &[f32])) -> S::V {
+    lean(simd, simd.load(near), simd.load(far))
+}
+
+/// Three parts of `near`, one of `far`.
+#[inline(always)]
+fn lean<S: Simd>(simd: S, near: S::V, far: S::V) -> S::V {
+    simd.mul_add(simd.splat(0.25), far, simd.mul(simd.splat(0.75), near))
 }

@@ -1,0 +1,46 @@
+//! From the pixels of patches to rows of the image. See [`crate::net::Op::PatchMerge`].
+
+/// Writes a few cells of one row of cells into the image: [0, 1], 1 where the depth is infinite.
+///
+/// `image` and `depth` are the rows of pixels of the row of cells, `width` wide; `visibility` holds, for each
+/// pixel of a patch, the values of `cells` cells, of which the first is cell `x`.
+#[inline(always)]
+pub(super) fn write(
+    (image, depth): (&mut [f32], &[f32]),
+    (visibility, cells): (&[f32], usize),
+    (patch, width, x): (usize, usize, usize),
+) {
+    let first = x * patch;
+    let last = width.min(first + cells * patch);
+    for (dy, (line, depth)) in image.chunks_exact_mut(width).zip(depth.chunks_exact(width)).enumerate() {
+        let (line, depth) = (&mut line[first..last], &depth[first..last]);
+        let phases = &visibility[dy * patch * cells..][..patch * cells];
+        match patch {
+            1 => interleave::<1>((phases, cells), line),
+            2 => interleave::<2>((phases, cells), line),
+            4 => interleave::<4>((phases, cells), line),
+            8 => interleave::<8>((phases, cells), line),
+            _ => unreachable!("patches of {patch}"),
+        }
+        for (value, depth) in line.iter_mut().zip(depth) {
+            // NaN, from weights so large that sums overflow, becomes 0.
+            let visibility = if *value > 0.0 { value.min(1.0) } else { 0.0 };
+            *value = if *depth == f32::INFINITY { 1.0 } else { visibility };
+        }
+    }
+}
+
+/// Value `cell` of phase `dx` becomes pixel `cell * PATCH + dx`.
+#[inline(always)]
+fn interleave<const PATCH: usize>((phases, cells): (&[f32], usize), line: &mut [f32]) {
+    let whole = line.len() / PATCH;
+    for dx in 0..PATCH {
+        let phase = &phases[dx * cells..][..whole];
+        for (pixels, value) in line.chunks_exact_mut(PATCH).zip(phase) {
+            pixels[dx] = *value;
+        }
+    }
+    for (dx, value) in line[whole * PATCH..].iter_mut().enumerate() {
+        *value = phases[dx * cells + whole];
+    }
+}
