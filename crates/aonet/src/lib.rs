@@ -14,3 +14,8 @@ pub use ao_image::{AoImage, AoParams};
 pub use camera::{Camera, Projection};
 pub use error::{Error, Result};
 pub use gbuffer::GBuffer;
+
+/// The README's program compiles.
+#[cfg(doctest)]
+#[doc = include_str!("../../../README.md")]
+struct Readme;

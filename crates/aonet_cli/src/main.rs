@@ -4,6 +4,7 @@ mod output;
 mod setup;
 
 mod cmd {
+    pub(crate) mod bench;
     pub(crate) mod compare;
     pub(crate) mod dataset;
     pub(crate) mod demo;
@@ -42,6 +43,7 @@ enum Command {
     Train(cmd::train::Args),
     Eval(cmd::eval::Args),
     Info(cmd::info::Args),
+    Bench(cmd::bench::Args),
     /// Print a script that completes commands and options in a shell.
     Completions {
         /// Which shell.
@@ -84,6 +86,7 @@ fn run(command: Command) -> anyhow::Result<Outcome> {
         Command::Train(args) => cmd::train::run(args)?,
         Command::Eval(args) => cmd::eval::run(&args)?,
         Command::Info(args) => cmd::info::run(&args)?,
+        Command::Bench(args) => cmd::bench::run(&args)?,
         Command::Completions { shell } => {
             let mut script = Vec::new();
             clap_complete::generate(shell, &mut Cli::command(), "aonet", &mut script);

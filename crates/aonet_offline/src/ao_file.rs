@@ -11,8 +11,8 @@ use image::{ImageBuffer, ImageFormat, ImageReader, Limits, Luma};
 use std::io::Cursor;
 use std::path::Path;
 
-/// Channel names that are taken for AO, in order of preference; in layers, the last part counts.
-const NAMES: [&str; 5] = ["ao", "Y", "V", "R", "X"];
+/// Channel names that are taken for AO, in order of preference.
+const NAMES: [&str; 4] = ["ao", "Y", "V", "R"];
 
 /// Writes `image` as `.exr` (channel `ao`, 32-bit) or `.png` (16-bit grey).
 ///
@@ -56,12 +56,16 @@ pub fn load_ao(path: &Path) -> Result<AoImage> {
 fn from_exr(bytes: &[u8]) -> aonet::Result<AoImage> {
     let file = ExrFile::open(bytes)?;
     let (width, height) = file.size();
-    let is = |name: &str, wanted: &str| name == wanted || name.ends_with(&format!(".{wanted}"));
-    let in_ao_layer = |name: &str| name.to_ascii_lowercase().contains("ao.");
-    let of = |wanted: &str, layer: bool| {
-        file.channels().iter().find(|c| is(&c.name, wanted) && (!layer || in_ao_layer(&c.name))).cloned()
+    let lower = |name: &str| name.to_ascii_lowercase();
+    // `R` alone is AO; `X.R` is AO only where X is a layer or pass of that name.
+    let alone =
+        |wanted: &str| file.channels().iter().find(|c| c.name == wanted || lower(&c.name).ends_with(".ao"));
+    let in_pass = |wanted: &str| {
+        let ends = [format!(".ao.{wanted}"), format!("ao.{wanted}")].map(|e| lower(&e));
+        file.channels().iter().find(|c| lower(&c.name).ends_with(&ends[0]) || lower(&c.name) == ends[1])
     };
-    let found = NAMES.iter().find_map(|n| of(n, true)).or_else(|| NAMES.iter().find_map(|n| of(n, false)));
+    let found =
+        NAMES.iter().find_map(|n| in_pass(n)).or_else(|| NAMES.iter().find_map(|n| alone(n))).cloned();
     let Some(channel) = found else {
         let names: Vec<_> = file.channels().iter().map(|c| c.name.as_str()).collect();
         return Err(aonet::Error::format("AO image", "a channel ao, Y, V or R", names.join(", ")));
@@ -109,6 +113,20 @@ mod tests {
             for (a, b) in ramp().visibility().iter().zip(found.visibility()) {
                 assert!((a - b).abs() <= tolerance, "{name}: {a} {b}");
             }
+        }
+    }
+
+    #[test]
+    fn a_pass_called_ao_is_found_and_a_normal_is_not_taken_for_it() {
+        let file = |name| {
+            let plane = Plane { name, samples: FlatSamples::F32(ramp().visibility().to_vec()) };
+            encode((7, 3), vec![plane], None, None).unwrap()
+        };
+        for name in ["ao", "Y", "R", "AO.R", "ViewLayer.AO.R", "scene.ao"] {
+            assert_eq!(from_exr(&file(name)).unwrap(), ramp(), "{name}");
+        }
+        for name in ["normal.Y", "Normal.R", "depth", "shadow_chao.R"] {
+            assert!(from_exr(&file(name)).unwrap_err().to_string().contains(name), "{name}");
         }
     }
 

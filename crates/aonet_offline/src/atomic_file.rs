@@ -15,10 +15,10 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<()> {
     let written = File::create(&temporary)
         .and_then(|mut file| file.write_all(bytes).and_then(|()| file.sync_data()))
         .and_then(|()| std::fs::rename(&temporary, path));
-    written.map_err(|source| {
+    written.map_err(|cause| {
         // The first error is the one worth reporting; the file may not even exist.
         let _ = std::fs::remove_file(&temporary);
-        Error::Io { path: path.to_owned(), source }
+        Error::Io { path: path.to_owned(), cause }
     })
 }
 

@@ -7,12 +7,12 @@ use std::path::{Path, PathBuf};
 #[non_exhaustive]
 pub enum Error {
     /// The operating system refused something about a file.
-    #[error("{}: {source}", path.display())]
+    #[error("{}: {cause}", path.display())]
     Io {
         /// The file.
         path: PathBuf,
         /// What the system said.
-        source: std::io::Error,
+        cause: std::io::Error,
     },
     /// A file that does not hold what it should.
     #[error("{}: expected {expected}, found {found}", path.display())]
@@ -25,12 +25,12 @@ pub enum Error {
         found: String,
     },
     /// A value that the `aonet` crate refused; with the file it came from.
-    #[error("{}: {source}", path.display())]
+    #[error("{}: {cause}", path.display())]
     InFile {
         /// The file.
         path: PathBuf,
         /// What was refused.
-        source: aonet::Error,
+        cause: aonet::Error,
     },
     /// A value that the `aonet` crate refused.
     #[error(transparent)]
@@ -53,12 +53,12 @@ pub type Result<T> = std::result::Result<T, Error>;
 impl Error {
     /// An [`Error::Io`] about `path`, for `map_err`.
     pub fn io(path: &Path) -> impl FnOnce(std::io::Error) -> Self + '_ {
-        move |source| Self::Io { path: path.to_owned(), source }
+        move |cause| Self::Io { path: path.to_owned(), cause }
     }
 
     /// An [`Error::InFile`] about `path`, for `map_err`.
     pub fn in_file(path: &Path) -> impl FnOnce(aonet::Error) -> Self + '_ {
-        move |source| Self::InFile { path: path.to_owned(), source }
+        move |cause| Self::InFile { path: path.to_owned(), cause }
     }
 
     /// An [`Error::File`] from anything that can be shown.

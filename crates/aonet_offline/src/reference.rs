@@ -1,7 +1,7 @@
 //! Ray-traced ambient occlusion: the truth that everything else is measured against.
 
 use crate::gbuffer::{Surface, corners, geometric_normal};
-use crate::trace::Tracer;
+use crate::trace::{FAN, Fan, Tracer};
 use crate::{Error, Result, Scene};
 use aonet::{AoImage, AoParams};
 use glam::{DVec3, Mat3A, Vec3A};
@@ -102,18 +102,27 @@ fn towards(normal: DVec3, side: Vec3A) -> DVec3 {
 // Vogel 1979: equal areas, successive angles the golden angle apart.
 struct Disk {
     seed: u64,
-    /// Cosine and sine of each point's angle.
-    spoke: Vec<[f32; 2]>,
+    points: Vec<Spoke>,
+}
+
+/// A point of the spiral.
+#[derive(Clone, Copy)]
+struct Spoke {
+    index: f32,
+    cos: f32,
+    sin: f32,
 }
 
 impl Disk {
     fn new(sampling: Sampling) -> Self {
         let golden = std::f64::consts::PI * (3.0 - 5f64.sqrt());
-        let spoke = (0..sampling.spp).map(|i| {
+        let spoke = |i| {
             let (sin, cos) = (f64::from(i) * golden).sin_cos();
-            [cos as f32, sin as f32]
-        });
-        Self { seed: sampling.seed, spoke: spoke.collect() }
+            Spoke { index: i as f32, cos: cos as f32, sin: sin as f32 }
+        };
+        let mut points: Vec<Spoke> = (0..sampling.spp).map(spoke).collect();
+        cluster(&mut points, 0);
+        Self { seed: sampling.seed, points }
     }
 
     /// The open share of a pixel's rays. Each pixel turns the spiral and shifts it outwards at random.
@@ -121,15 +130,35 @@ impl Disk {
         let random = mix(self.seed ^ mix(point.pixel));
         let (turn, shift) = (unit(random >> 32), unit(random & 0xffff_ffff));
         let world_from_local = turned_frame(point.normal, turn);
-        let n = self.spoke.len() as f32;
-        let open = self.spoke.iter().enumerate().filter(|&(i, &[cos, sin])| {
-            let area = ((i as f32 + shift) / n).min(1.0);
-            let r = area.sqrt();
-            let direction = world_from_local * Vec3A::new(r * cos, r * sin, (1.0 - area).sqrt());
-            direction.dot(point.geo_normal) > 0.0 && !tracer.occluded(point.origin, direction, radius)
-        });
-        open.count() as f32 / n
+        let n = self.points.len() as f32;
+        let mut fan = Fan::new(point.origin, point.geo_normal, radius);
+        let mut open = 0;
+        for points in self.points.chunks(FAN) {
+            fan.rays = 0;
+            for (i, point) in points.iter().enumerate() {
+                let area = ((point.index + shift) / n).min(1.0);
+                let r = area.sqrt();
+                let local = Vec3A::new(r * point.cos, r * point.sin, (1.0 - area).sqrt());
+                fan.set(i, world_from_local * local);
+            }
+            open += (fan.rays & !tracer.blocked(&fan)).count_ones();
+        }
+        open as f32 / n
     }
+}
+
+/// Makes neighbours of points that are close to each other, in groups of a fan: rays that go the same way
+/// meet the same nodes.
+fn cluster(points: &mut [Spoke], level: usize) {
+    if points.len() <= FAN {
+        return;
+    }
+    let along = |p: &Spoke| p.index.sqrt() * if level.is_multiple_of(2) { p.cos } else { p.sin };
+    points.sort_by(|a, b| along(a).total_cmp(&along(b)));
+    let half = points.len() / FAN / 2 * FAN;
+    let (a, b) = points.split_at_mut(half.max(FAN));
+    cluster(a, level + 1);
+    cluster(b, level + 1);
 }
 
 /// Columns x, y, z = `normal`: a frame turned about `normal` by `turn` of a full turn.

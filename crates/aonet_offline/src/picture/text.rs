@@ -31,8 +31,8 @@ fn doubled(dots: &Dots) -> Dots {
         let (cy, cx) = (y / 2, x / 2);
         let (up, down) = (at(cy.wrapping_sub(1), cx), at(cy + 1, cx));
         let (left, right) = (at(cy, cx.wrapping_sub(1)), at(cy, cx + 1));
-        let (near_y, far_y) = if y % 2 == 0 { (up, down) } else { (down, up) };
-        let (near_x, far_x) = if x % 2 == 0 { (left, right) } else { (right, left) };
+        let (near_y, far_y) = if y.is_multiple_of(2) { (up, down) } else { (down, up) };
+        let (near_x, far_x) = if x.is_multiple_of(2) { (left, right) } else { (right, left) };
         if near_x == near_y && near_x != far_y && near_y != far_x { near_x } else { at(cy, cx) }
     };
     (0..2 * height).map(|y| (0..2 * width).map(|x| quarter(y, x)).collect()).collect()

@@ -39,6 +39,8 @@ pub(super) trait Lanes: Copy {
     unsafe fn and(a: Self::Mask, b: Self::Mask) -> Self::Mask;
     /// Bit `i` is lane `i`.
     unsafe fn bits(mask: Self::Mask) -> u32;
+    /// Bit `i` of word `k` is bit `k` of byte `i`.
+    unsafe fn transpose(bytes: &[u8; 64]) -> [u64; WIDTH];
 }
 
 /// Works everywhere.
@@ -127,6 +129,10 @@ impl Lanes for Scalar {
     unsafe fn bits(mask: u32) -> u32 {
         mask
     }
+    #[inline(always)]
+    unsafe fn transpose(bytes: &[u8; 64]) -> [u64; WIDTH] {
+        std::array::from_fn(|k| bytes.iter().rev().fold(0, |word, byte| word << 1 | u64::from(byte >> k & 1)))
+    }
 }
 
 #[cfg(target_arch = "x86_64")]
@@ -214,6 +220,20 @@ mod avx2 {
         #[inline(always)]
         unsafe fn bits(mask: __m256) -> u32 {
             unsafe { _mm256_movemask_ps(mask) as u32 }
+        }
+        #[inline(always)]
+        unsafe fn transpose(bytes: &[u8; 64]) -> [u64; 8] {
+            unsafe {
+                let half = |i: usize| _mm256_loadu_si256(bytes.as_ptr().add(32 * i).cast());
+                let (mut lo, mut hi) = (half(0), half(1));
+                let mut words = [0; 8];
+                for k in (0..8).rev() {
+                    let bits = |x| u64::from(_mm256_movemask_epi8(x) as u32);
+                    words[k] = bits(lo) | bits(hi) << 32;
+                    (lo, hi) = (_mm256_add_epi8(lo, lo), _mm256_add_epi8(hi, hi));
+                }
+                words
+            }
         }
     }
 }

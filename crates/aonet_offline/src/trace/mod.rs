@@ -2,11 +2,15 @@
 #![allow(unsafe_code, reason = "entry points compiled for the instruction set that was found")]
 
 mod build;
+mod fan;
 mod lanes;
 mod traverse;
+mod vector;
 
 #[cfg(test)]
 mod tests;
+
+pub use fan::{FAN, Fan};
 
 use crate::Scene;
 use build::Bvh8;
@@ -75,9 +79,22 @@ impl Tracer {
         // SAFETY: `Level::detect` found the instruction set.
         unsafe {
             match self.level {
-                Level::Scalar => traverse::occluded::<Scalar>(&self.bvh, origin, direction, t_max),
+                Level::Scalar => traverse::occluded_from::<Scalar>(&self.bvh, 0, (origin, direction, t_max)),
                 #[cfg(target_arch = "x86_64")]
                 Level::Avx2 => avx2::occluded(&self.bvh, origin, direction, t_max),
+            }
+        }
+    }
+
+    /// Which rays of `fan` meet a triangle at 0 < t <= its length: bit `i` for ray `i`.
+    #[inline]
+    pub fn blocked(&self, fan: &Fan) -> u64 {
+        // SAFETY: `Level::detect` found the instruction set.
+        unsafe {
+            match self.level {
+                Level::Scalar => fan::blocked::<Scalar>(&self.bvh, fan),
+                #[cfg(target_arch = "x86_64")]
+                Level::Avx2 => avx2::blocked(&self.bvh, fan),
             }
         }
     }
@@ -100,13 +117,19 @@ impl Tracer {
 mod avx2 {
     use super::build::Bvh8;
     use super::lanes::Avx2;
-    use super::{Hit, traverse};
+    use super::{Fan, Hit, fan, traverse};
     use glam::Vec3A;
+
+    #[target_feature(enable = "avx2,fma,bmi1")]
+    pub(super) fn blocked(bvh: &Bvh8, rays: &Fan) -> u64 {
+        // SAFETY: this function's target features.
+        unsafe { fan::blocked::<Avx2>(bvh, rays) }
+    }
 
     #[target_feature(enable = "avx2,fma,bmi1")]
     pub(super) fn occluded(bvh: &Bvh8, origin: Vec3A, direction: Vec3A, t_max: f32) -> bool {
         // SAFETY: this function's target features.
-        unsafe { traverse::occluded::<Avx2>(bvh, origin, direction, t_max) }
+        unsafe { traverse::occluded_from::<Avx2>(bvh, 0, (origin, direction, t_max)) }
     }
 
     #[target_feature(enable = "avx2,fma,bmi1")]

@@ -152,3 +152,57 @@ fn deep_trees_are_rebuilt_within_the_stack() {
     assert!(tracer.occluded(origin, Vec3A::X, f32::INFINITY));
     assert!(!tracer.occluded(origin, -Vec3A::X, f32::INFINITY));
 }
+
+/// Fans of random rays above random planes through points near `centre`.
+fn fans(n: usize, centre: Vec3, random: &mut Random) -> Vec<Fan> {
+    (0..n)
+        .map(|i| {
+            let length = if i % 2 == 0 { f32::INFINITY } else { 2.0 * random.next() };
+            let mut fan = Fan::new((centre + random.vec()).into(), random.vec().normalize().into(), length);
+            // Narrow fans stay together deep into the hierarchy.
+            let (axis, spread) = (random.vec(), random.next());
+            for ray in 0..FAN {
+                fan.set(ray, (axis + spread * random.vec()).into());
+            }
+            fan
+        })
+        .collect()
+}
+
+#[test]
+fn fans_find_what_single_rays_find() {
+    let mut random = Random(5);
+    let (mut asked, mut blocked) = (0, 0);
+    for (n, size, centre) in [(3, 1.0, 0.0), (400, 0.4, 0.0), (4000, 0.1, 30.0)] {
+        let centre = Vec3::splat(centre);
+        let tracer = Tracer::new(random_scene(n, (centre, size), &mut random));
+        for fan in fans(200, centre, &mut random) {
+            let found = tracer.blocked(&fan);
+            assert_eq!(found & !fan.rays, 0, "rays that nobody asked for");
+            (asked, blocked) = (asked + fan.rays.count_ones(), blocked + found.count_ones());
+            for ray in (0..FAN).filter(|ray| fan.rays >> ray & 1 == 1) {
+                let (origin, direction, length) = fan.single(ray);
+                if tracer.occluded(origin, direction, length) != (found >> ray & 1 == 1) {
+                    let mut all =
+                        (0..n).filter_map(|i| intersect_f64(tracer.scene(), i, (origin, direction)));
+                    assert!(all.any(|(t, rim)| rim.abs() < 1e-3 || (t - f64::from(length)).abs() < 1e-4));
+                }
+            }
+        }
+    }
+    assert!(asked > 15_000 && blocked > asked / 10 && blocked < asked, "{blocked} of {asked}");
+}
+
+#[test]
+fn instruction_sets_agree_on_fans() {
+    let mut random = Random(6);
+    for (n, size, centre) in [(7, 1.0, 0.0), (2000, 0.2, 0.0), (5000, 0.05, 1000.0)] {
+        let centre = Vec3::splat(centre);
+        let fast = Tracer::new(random_scene(n, (centre, size), &mut random));
+        let mut slow = Tracer::new(fast.scene().clone());
+        slow.level = Level::Scalar;
+        for fan in fans(500, centre, &mut random) {
+            assert_eq!(fast.blocked(&fan), slow.blocked(&fan));
+        }
+    }
+}

@@ -3,13 +3,14 @@
 
 use super::Hit;
 use super::build::{Bvh8, LEAF, Leaf, Node, STACK};
-use super::lanes::{Lanes, Row};
+use super::lanes::Lanes;
+use super::vector::Vector;
 use glam::Vec3A;
 
 /// A ray, each component in all lanes.
 struct Ray<L> {
-    origin: [L; 3],
-    direction: [L; 3],
+    origin: Vector<L>,
+    direction: Vector<L>,
     inverse: [L; 3],
     /// `-origin / direction`, moved outwards by the rounding of the box test: for near and far planes.
     shift: [[L; 2]; 3],
@@ -26,16 +27,19 @@ impl<L: Lanes> Ray<L> {
         let inverse = direction.recip();
         let shift = -origin * inverse;
         let slack = (origin * inverse).abs() * BOX_ERROR;
-        let (o, d, i) = (origin.to_array(), direction.to_array(), inverse.to_array());
-        let (near, far) = ((shift - slack).to_array(), (shift + slack).to_array());
+        let (near, far) = (shift - slack, shift + slack);
         // SAFETY: the caller's contract.
         unsafe {
             Self {
-                origin: o.map(|x| L::splat(x)),
-                direction: d.map(|x| L::splat(x)),
-                inverse: i.map(|x| L::splat(x)),
-                shift: std::array::from_fn(|a| [L::splat(near[a]), L::splat(far[a])]),
-                near: i.map(|x| usize::from(x.is_sign_negative())),
+                origin: Vector::splat(origin),
+                direction: Vector::splat(direction),
+                inverse: [L::splat(inverse.x), L::splat(inverse.y), L::splat(inverse.z)],
+                shift: [
+                    [L::splat(near.x), L::splat(far.x)],
+                    [L::splat(near.y), L::splat(far.y)],
+                    [L::splat(near.z), L::splat(far.z)],
+                ],
+                near: inverse.to_array().map(|x| usize::from(x.is_sign_negative())),
             }
         }
     }
@@ -62,13 +66,14 @@ impl<L: Lanes> Ray<L> {
     unsafe fn hits(&self, leaf: &Leaf, t_max: L) -> (u32, [L; 4]) {
         // SAFETY: the caller's contract.
         unsafe {
-            let load = |rows: &[Row; 3]| rows.each_ref().map(|r| L::load(r));
-            let (v0, e1, e2, normal) = (load(&leaf.v0), load(&leaf.e1), load(&leaf.e2), load(&leaf.normal));
-            let c = [0, 1, 2].map(|a| v0[a].sub(self.origin[a]));
-            let r = cross(self.direction, c);
-            let det = dot(normal, self.direction);
-            let (u, v, t) =
-                (dot(r, e2).xor_sign(det), dot(r, e1).xor_sign(det), dot(normal, c).xor_sign(det));
+            let (e1, e2, normal) =
+                (Vector::load(&leaf.e1), Vector::load(&leaf.e2), Vector::load(&leaf.normal));
+            let c = Vector::load(&leaf.v0).sub(self.origin);
+            let r = self.direction.cross(c);
+            let det = normal.dot(self.direction);
+            let u = r.dot(e2).xor_sign(det);
+            let v = r.dot(e1).xor_sign(det);
+            let t = normal.dot(c).xor_sign(det);
             let (zero, det) = (L::splat(0.0), det.abs());
             let inside = L::and(L::and(zero.le(u), zero.le(v)), u.add(v).le(det));
             let ahead = L::and(zero.lt(t), t.le(t_max.mul(det)));
@@ -77,32 +82,21 @@ impl<L: Lanes> Ray<L> {
     }
 }
 
-#[inline(always)]
-unsafe fn dot<L: Lanes>(a: [L; 3], b: [L; 3]) -> L {
-    // SAFETY: the caller's contract.
-    unsafe { a[0].mul_add(b[0], a[1].mul_add(b[1], a[2].mul(b[2]))) }
-}
-
-#[inline(always)]
-unsafe fn cross<L: Lanes>(a: [L; 3], b: [L; 3]) -> [L; 3] {
-    // SAFETY: the caller's contract.
-    unsafe {
-        let minor = |i: usize, j: usize| a[i].mul_sub(b[j], a[j].mul(b[i]));
-        [minor(1, 2), minor(2, 0), minor(0, 1)]
-    }
-}
-
-/// Whether any triangle lies at 0 < t <= `t_max`.
+/// Whether any triangle below node `root` lies at 0 < t <= `t_max`.
 ///
 /// # Safety
 /// The instruction set of `L` is there.
 #[inline(always)]
-pub(super) unsafe fn occluded<L: Lanes>(bvh: &Bvh8, origin: Vec3A, direction: Vec3A, t_max: f32) -> bool {
+pub(super) unsafe fn occluded_from<L: Lanes>(
+    bvh: &Bvh8,
+    root: u32,
+    (origin, direction, t_max): (Vec3A, Vec3A, f32),
+) -> bool {
     // SAFETY: the caller's contract.
     unsafe {
         let ray = Ray::<L>::new(origin, direction);
         let t_max = L::splat(t_max);
-        let mut stack = [0u32; STACK];
+        let mut stack = [root; STACK];
         let mut top = 1;
         while top > 0 {
             top -= 1;
@@ -154,7 +148,7 @@ pub(super) unsafe fn closest<L: Lanes>(
                 if met == 0 {
                     continue;
                 }
-                let [u, v, t] = [u, v, t].map(|x| x.div(det).store().0);
+                let (u, v, t) = (u.div(det).store().0, v.div(det).store().0, t.div(det).store().0);
                 while met != 0 {
                     let k = met.trailing_zeros() as usize;
                     if t[k] <= t_best && t[k] > 0.0 && (best.is_none() || t[k] < t_best) {

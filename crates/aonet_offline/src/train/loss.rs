@@ -100,7 +100,8 @@ mod tests {
         let t = terms(image(32, |_, _| a as f32), image(32, |_, _| b as f32));
         let ssim = (2.0 * a * b + C1) / (a * a + b * b + C1);
         let dssim = f64::from(t.dssim.unwrap().into_scalar::<f32>());
-        assert!((dssim - 0.5 * (1.0 - ssim)).abs() < 1e-5, "{dssim}");
+        // Variances are differences of f32 numbers near 1, off by up to 1e-7; C2 is 9e-4.
+        assert!((dssim - 0.5 * (1.0 - ssim)).abs() < 2e-4, "{dssim}");
         assert!((t.l1.unwrap().into_scalar::<f32>() - 0.5).abs() < 1e-6);
         assert!(t.perceptual.is_none());
     }

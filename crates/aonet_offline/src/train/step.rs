@@ -9,6 +9,9 @@ use burn::tensor::{Device, Tensor, TensorData};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
+/// Slope of the loss's image beyond [0, 1]. guess: small beside 1, large beside rounding.
+const LEAK: f64 = 0.05;
+
 /// Mean loss of a batch and its terms.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(crate) struct Losses {
@@ -55,6 +58,7 @@ impl Stepper<'_> {
     fn of_crops(&self, weights: &Weights, crops: &[Crop]) -> (Losses, Gradients) {
         let params = net::upload(weights, self.device);
         let visibility = net::forward(self.graph, &params, self.stack(crops, |c| &c.features));
+        let visibility = leaky_clamp(visibility);
         let foreground = self.stack(crops, |c| &c.foreground);
         let target = self.stack(crops, |c| &c.target) * foreground.clone();
         // The background is out of the loss: both images are zero there.
@@ -104,6 +108,13 @@ fn mean(results: Vec<(Losses, Gradients)>) -> (Losses, Gradients) {
         }
     }
     (losses, sum)
+}
+
+/// What inference clamps away must not count as an error: most of a frame is fully open, and there a network that may
+/// overshoot 1 gives a flat image where one that must hit 1 gives noise. A little slope is left to come back by.
+fn leaky_clamp(visibility: Tensor<4>) -> Tensor<4> {
+    let inside = visibility.clone().clamp(0.0, 1.0);
+    inside.clone() + (visibility - inside) * LEAK
 }
 
 /// `threads` pools of one thread each.

@@ -4,7 +4,7 @@ use super::adam::Gradients;
 use super::loss::Loss;
 use super::samples::Crop;
 use super::step::{Stepper, single_threaded_pools};
-use super::{LossConfig, TrainConfig, TrainDevice, TrainRun, net, train};
+use super::{Augment, LossConfig, TrainConfig, TrainDevice, TrainRun, net, train};
 use crate::dataset::{Manifest, Plan, Preset, Recipe, SceneSpec, SceneSplit};
 use crate::scene::procedural::Kind;
 use aonet::net::naive::{self, Planes};
@@ -90,7 +90,7 @@ fn the_agreement_check_sees_one_changed_weight() {
 
 fn gradients(model: &Model, crops: &[Crop], workers: usize) -> (f64, Gradients) {
     let device = Device::flex().autodiff();
-    let config = LossConfig { dssim: 0.5, perceptual: 0.0, vgg_layers: vec![], l1: 0.5 };
+    let config = LossConfig { dssim: 1.0, perceptual: 0.0, vgg_layers: vec![], l1: 0.0 };
     let loss = Loss::new(&config, 32, None, &device);
     let workers = single_threaded_pools(workers);
     let stepper = Stepper { graph: model.graph(), loss: &loss, device: &device, workers: &workers, side: 32 };
@@ -114,7 +114,18 @@ fn gradients_agree_with_finite_differences() {
     let model = model(small(ModelConfig::paper()), 9);
     let crops = crops(1);
     let (_, exact) = gradients(&model, &crops, 1);
-    for name in ["enc0.conv0.weight", "enc2.conv1.bias", "dec0.conv1.weight", "head.weight", "head.bias"] {
+    for name in [
+        "enc0.conv0.weight",
+        "enc0.conv1.weight",
+        "enc1.conv0.weight",
+        "enc2.conv1.weight",
+        "enc2.conv1.bias",
+        "dec1.conv0.weight",
+        "dec0.conv0.weight",
+        "dec0.conv1.weight",
+        "head.weight",
+        "head.bias",
+    ] {
         let mut random = noise(17);
         let direction: Vec<f32> = exact[name].iter().map(|_| random()).collect();
         let moved = |step: f32| {
@@ -125,11 +136,11 @@ fn gradients_agree_with_finite_differences() {
             let moved = Model::new(model.config().clone(), weights, TrainingFacts::default()).unwrap();
             gradients(&moved, &crops, 1).0
         };
-        let step = 2e-3;
-        let numeric = (moved(step) - moved(-step)) / (2.0 * f64::from(step));
         let analytic: f64 = exact[name].iter().zip(&direction).map(|(g, d)| f64::from(g * d)).sum();
-        // f32 losses of about 1 differ by 1e-7, divided by the step: 5e-5.
-        let tolerance = 0.02 * analytic.abs() + 3e-4;
+        let step = 3e-4;
+        let numeric = (moved(step) - moved(-step)) / (2.0 * f64::from(step));
+        // The loss has no kinks of its own; its last digit is 6e-8, divided by the step: 1e-4.
+        let tolerance = 0.02 * analytic.abs() + 1e-4;
         assert!((numeric - analytic).abs() < tolerance, "{name}: numeric {numeric}, analytic {analytic}");
     }
 }
@@ -146,27 +157,27 @@ fn workers_change_nothing() {
 
 fn tiny_dataset(dir: &Path) -> Manifest {
     let mut recipe = Recipe::preset(Preset::AnyRadius);
-    (recipe.width, recipe.height, recipe.spp, recipe.eval_spp) = (64, 64, 8, 8);
+    (recipe.width, recipe.height, recipe.spp, recipe.eval_spp) = (64, 64, 64, 64);
     let scenes = vec![
         SceneSpec::procedural(Kind::ClutterPile, 1, SceneSplit::Train),
         SceneSpec::procedural(Kind::ClutterPile, 2, SceneSplit::Val),
     ];
-    recipe.frames = recipe.frames.kept(|split| scenes.iter().any(|s| s.split.allows(split))).scaled_to(3);
+    recipe.frames = recipe.frames.kept(|split| scenes.iter().any(|s| s.split.allows(split))).scaled_to(2);
     crate::dataset::generate(dir, &Plan::new(recipe, scenes).unwrap(), None, &|_| ()).unwrap();
     Manifest::load(&dir.join("manifest.json")).unwrap()
 }
 
 fn tiny_config(steps: u64) -> TrainConfig {
-    let model = ModelConfig { encoder: vec![16, 16], decoder: vec![16], ..ModelConfig::any_radius() };
-    let config = TrainConfig::paper(model);
+    let model = ModelConfig { encoder: vec![24, 32], decoder: vec![24], ..ModelConfig::any_radius() };
     TrainConfig {
         steps,
         batch: 2,
         crop: 64,
         learning_rate: 4e-3,
+        augment: Augment { mirror: false, roll: 0.0 },
         validate_every: 20,
         checkpoint_every: 5,
-        ..config
+        ..TrainConfig::paper(model)
     }
 }
 
@@ -191,10 +202,10 @@ fn a_run_learns_its_frames_and_leaves_a_usable_model() {
     let dir = tempfile::tempdir().unwrap();
     let manifest = [tiny_dataset(&dir.path().join("frames"))];
     let run = tiny_run(&dir.path().join("run"));
-    assert_eq!(train(&tiny_config(60), &manifest, &run, &|_| ()).unwrap(), 60);
+    assert_eq!(train(&tiny_config(150), &manifest, &run, &|_| ()).unwrap(), 150);
     let losses = losses_in(&run.dir);
     let mean = |l: &[f64]| l.iter().sum::<f64>() / l.len() as f64;
-    assert!(mean(&losses[50..]) < 0.6 * mean(&losses[..5]), "{losses:?}");
+    assert!(mean(&losses[140..]) < 0.6 * mean(&losses[..5]), "{losses:?}");
     let model = Model::from_bytes(&std::fs::read(run.dir.join("best.safetensors")).unwrap()).unwrap();
     assert!(model.facts().mean_visibility.is_some_and(|m| m > 0.2 && m < 1.0));
     assert!(run.dir.join("curves.svg").exists() && run.dir.join("config.json").exists());

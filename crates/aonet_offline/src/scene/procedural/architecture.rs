@@ -139,11 +139,13 @@ pub(super) fn floor(half: Vec2, rng: &mut Rng) -> Mesh {
             let rows = (2.0 * half.y / width).ceil() as usize;
             for row in 0..rows {
                 let z = (row as f32 + 0.5) * width - half.y;
-                let mut x = -half.x - rng.range(0.0, 1.0);
-                while x < half.x {
-                    let length = rng.range(0.9, 1.8);
+                let (mut x, end) = (-half.x - 0.1, half.x + 0.1);
+                let mut length = rng.range(0.3, 1.8);
+                while x < end {
+                    length = length.min(end - x);
                     top(vec3(length - 0.004, 0.025, width - 0.004), x + 0.5 * length, z, &mut mesh);
                     x += length;
+                    length = rng.range(0.9, 1.8);
                 }
             }
         }

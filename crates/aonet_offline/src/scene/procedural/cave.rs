@@ -4,7 +4,7 @@ use super::mesh::{Mesh, Pose, turn};
 use super::plants::{grass, rock};
 use super::rng::{Noise, Rng};
 use super::settle::Ground;
-use super::shapes::surface;
+use super::shapes::{cuboid, surface};
 use super::solid::{blend, capsule, carve, isosurface};
 use glam::{Vec2, Vec3, vec2, vec3};
 use std::f32::consts::TAU;
@@ -40,6 +40,9 @@ pub(super) fn cave(rng: &mut Rng) -> Mesh {
     let mut mesh =
         isosurface((vec3(-half.x, -1.2, -half.z), vec3(half.x, 2.0 * half.y, half.z)), 0.125, field)
             .shade(55.0);
+    // Rock all around: without it, a ray from inside the rock would meet the sky.
+    let hull = cuboid(vec3(2.0 * half.x, 2.0 * half.y + 1.6, 2.0 * half.z) + 0.5);
+    mesh.add(&hull, Pose::at(0.0, -1.6, 0.0));
     dripstones(&mut mesh, (&field, half), rng);
     let level = |x: f32, z: f32| floor_noise * noise.fractal(vec3(x, 7.0, z) * 0.6, 3);
     let open = |x: f32, z: f32| if field(vec3(x, 0.7, z)) > 0.3 { level(x, z) } else { 1e6 };
@@ -92,8 +95,8 @@ fn rubble(mesh: &mut Mesh, (mut ground, inner): (Ground, Vec2), rng: &mut Rng) {
     let stones: Vec<Mesh> = (0..5)
         .map(|_| rock(vec3(rng.range(0.6, 1.2), rng.range(0.4, 0.9), rng.range(0.6, 1.2)), rng))
         .collect();
-    for _ in 0..rng.count(40, 90) {
-        let size = 0.08 + 0.8 * rng.unit() * rng.unit() * rng.unit();
+    for _ in 0..rng.count(60, 140) {
+        let size = 0.08 + 1.0 * rng.unit() * rng.unit() * rng.unit();
         let stone = rng.pick(&stones).at(Pose::IDENTITY.scale(size));
         let from = rng.in_rect(inner);
         if let Some(pose) = ground.drop(&stone, from, rng).filter(|p| p.offset.y < 3.0) {
@@ -120,7 +123,7 @@ pub(super) fn arch(rng: &mut Rng) -> Mesh {
         let top = vec3(foot.x + rng.spread(0.5), rng.range(0.8, rise), foot.y + rng.spread(0.5));
         bones.push(((vec3(foot.x, -0.5, foot.y), top), (rng.range(0.7, 1.5), rng.range(0.3, 0.9))));
     }
-    let (rough, strata, layers) = (rng.range(0.15, 0.45), rng.range(0.02, 0.14), rng.range(4.0, 9.0));
+    let (rough, strata, layers) = (rng.range(0.25, 0.55), rng.range(0.02, 0.14), rng.range(4.0, 9.0));
     let hills = rng.range(0.1, 0.4);
     let level = |x: f32, z: f32| hills * noise.fractal(vec3(x, 3.0, z) * 0.35, 4);
     let field = |p: Vec3| {
@@ -141,7 +144,7 @@ pub(super) fn arch(rng: &mut Rng) -> Mesh {
     };
     rubble(&mut mesh, (Ground::new(half.x.max(half.z), 0.6, open), vec2(half.x, half.z) * 0.85), rng);
     let tuft = grass(0.35, 24, rng);
-    for _ in 0..rng.count(60, 240) {
+    for _ in 0..rng.count(120, 420) {
         let p = rng.in_rect(vec2(half.x, half.z) * 0.95);
         let y = level(p.x, p.y);
         if field(vec3(p.x, y + 0.3, p.y)) > 0.1 {

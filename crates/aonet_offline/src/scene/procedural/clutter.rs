@@ -11,7 +11,7 @@ use std::f32::consts::TAU;
 /// Many different things, dropped one after the other.
 pub(super) fn pile(rng: &mut Rng) -> Mesh {
     let scale = rng.range(0.6, 1.6);
-    let half = rng.range(1.2, 2.0) * scale;
+    let half = rng.range(1.0, 1.7) * scale;
     let (bowl_depth, noise) = (rng.range(0.0, 0.3) * scale, Noise::new(rng));
     let bumps = if rng.chance(0.5) { 0.0 } else { rng.range(0.02, 0.1) * scale };
     let base = |x: f32, z: f32| {
@@ -19,13 +19,13 @@ pub(super) fn pile(rng: &mut Rng) -> Mesh {
         bowl_depth * r * r + bumps * noise.fractal(vec3(x, 0.0, z) / scale * 1.5, 3)
     };
     let mut mesh = surface((96, 96), |u, v| {
-        let (x, z) = ((v - 0.5) * 4.0 * half, (u - 0.5) * 4.0 * half);
+        let (x, z) = ((v - 0.5) * 2.2 * half, (u - 0.5) * 2.2 * half);
         vec3(x, base(x, z), z)
     });
     let mut ground = Ground::new(half, 0.12 * scale, base);
     let toys = rng.chance(0.3);
-    let heap = rng.range(0.35, 0.8);
-    for i in 0..rng.count(110, 210) {
+    let heap = rng.range(0.5, 0.95);
+    for i in 0..rng.count(130, 240) {
         let size = scale * rng.range(0.08, 0.34) * if i < 8 { 1.7 } else { 1.0 };
         let body = if toys { solid(size, rng) } else { thing(size, rng) };
         let from = (rng.in_rect(Vec2::splat(half)) + rng.in_rect(Vec2::splat(half))) * 0.5 * heap;

@@ -2,9 +2,10 @@
 
 use super::mesh::{Mesh, Pose, turn};
 use super::props::{books, cushion, vessel};
-use super::rng::Rng;
+use super::rng::{Noise, Rng};
 use super::shapes::{ball, block, curve, cylinder, lathe, superellipsoid, surface};
 use glam::{Vec2, Vec3, vec2, vec3};
+use std::f32::consts::{FRAC_PI_2, PI, TAU};
 
 /// A leg from the floor to `height`: square, tapered or turned on a lathe.
 fn leg(height: f32, thick: f32, rng: &mut Rng) -> Mesh {
@@ -160,7 +161,7 @@ pub(super) fn bed(rng: &mut Rng) -> Mesh {
 
 /// A blanket over the foot of a bed whose top is at `bed.y`, hanging over its sides in folds.
 fn blanket(bed: Vec3, rng: &mut Rng) -> Mesh {
-    let noise = super::rng::Noise::new(rng);
+    let noise = Noise::new(rng);
     let (half, hang) = (0.5 * bed.x + 0.012, rng.range(0.12, 0.3));
     let from = rng.range(-0.25, 0.1) * bed.z;
     surface((60, 90), |u, v| {
@@ -170,7 +171,7 @@ fn blanket(bed: Vec3, rng: &mut Rng) -> Mesh {
         let folds = noise.fractal(vec3(across * 3.0, z * 5.0, 0.0), 3);
         let out = 0.012 + (0.4 * over) * (0.5 + 0.5 * noise.at(vec3(z * 7.0, 3.0, across.signum())));
         let x = across.clamp(-half, half) + across.signum() * if over > 0.0 { out } else { 0.0 };
-        vec3(-x, bed.y + 0.014 + 0.012 * folds - over, z)
+        vec3(x, bed.y + 0.014 + 0.012 * folds - over, z)
     })
 }
 
@@ -244,7 +245,7 @@ fn compartment(mesh: &mut Mesh, hole: Vec3, at: Pose, (openness, rng): (f32, &mu
     let handle = front.shift(0.0, 0.5 * hole.y, 0.0);
     if rng.chance(0.5) {
         mesh.add(&ball(0.014, 12), handle.shift(0.0, 0.0, 0.03));
-        mesh.add(&cylinder((0.006, 0.006), 0.03, 8), handle.pitch(std::f32::consts::FRAC_PI_2));
+        mesh.add(&cylinder((0.006, 0.006), 0.03, 8), handle.pitch(FRAC_PI_2));
     } else {
         let bow = |t: f32| vec3(0.06 * (2.0 * t - 1.0), 0.0, 0.03 * (4.0 * t * (1.0 - t)).sqrt());
         let path: Vec<Vec3> = (0..=10).map(|i| bow(i as f32 / 10.0)).collect();
@@ -269,6 +270,42 @@ pub(super) fn potted_plant(height: f32, rng: &mut Rng) -> Mesh {
             vec3(side * width, long * bend.y / droop + fold, long * (1.0 - bend.x) / droop + 0.02)
         });
         mesh.add(&leaf, Pose::at(0.0, 0.75 * pot, 0.0).yaw(rng.angle()).pitch(rng.range(0.0, 0.35)));
+    }
+    mesh
+}
+
+/// Two curtains on a rod, hanging down by `drop` from y = 0.
+pub(super) fn curtains(width: f32, drop: f32, rng: &mut Rng) -> Mesh {
+    let mut mesh = Mesh::default();
+    let rod = cylinder((0.012, 0.012), width + 0.2, 12);
+    mesh.add(&rod, Pose::at(0.5 * width + 0.1, 0.0, 0.0).roll(FRAC_PI_2));
+    let noise = Noise::new(rng);
+    let (folds, deep) = (rng.range(5.0, 11.0), rng.range(0.02, 0.045));
+    let closed = rng.range(0.2, 0.5);
+    for side in [-1.0f32, 1.0] {
+        let cloth = surface((24, 110), |u, v| {
+            let gather = 1.0 - 0.25 * (u * PI).min(PI - u * PI).max(0.0) / PI;
+            let phase = v * folds * TAU + 1.5 * noise.at(vec3(v * 4.0, u * 1.5, side));
+            let z = turn(phase).y * deep * (0.6 + 0.5 * u);
+            let from_middle = if side > 0.0 { 1.0 - v } else { v };
+            let across = from_middle * closed * width * gather;
+            vec3(side * (0.5 * width - across), -u * drop, z)
+        });
+        mesh.add(&cloth, Pose::IDENTITY);
+    }
+    mesh
+}
+
+/// A radiator of ribs about `width` wide.
+pub(super) fn radiator(width: f32, height: f32) -> Mesh {
+    let mut mesh = Mesh::default();
+    let ribs = (width / 0.06) as usize;
+    let rib = block(vec3(0.045, height, 0.09), 0.02);
+    for i in 0..ribs {
+        mesh.add(&rib, Pose::at((i as f32 + 0.5) * 0.06 - 0.03 * ribs as f32, 0.0, 0.0));
+    }
+    for y in [0.08, height - 0.12] {
+        mesh.add(&block(vec3(0.06 * ribs as f32, 0.04, 0.05), 0.01), Pose::at(0.0, y, 0.0));
     }
     mesh
 }

@@ -113,31 +113,7 @@ fn ceiling(mesh: &mut Mesh, plan: &Plan, rng: &mut Rng) {
     let (half, height) = (plan.half, plan.height);
     let lid = cuboid(vec3(2.0 * half.x + 1.0, 0.3, 2.0 * half.y + 1.0));
     match rng.below(3) {
-        0 => {
-            let rise = rng.range(0.5, 1.0) * plan.aisle;
-            let vault = |r: f32, long: f32| {
-                surface((2, 40), move |u, v| {
-                    let t = turn(v * PI);
-                    vec3(r * t.x * plan.aisle, r * t.y * rise, (u - 0.5) * long)
-                })
-            };
-            mesh.add(&vault(1.0, 2.0 * half.y), Pose::at(0.0, height, 0.0));
-            for i in 0..plan.bays {
-                let z = (i as f32 + 0.5) * plan.bay - half.y;
-                let arc = |shrink: f32| {
-                    (0..=32)
-                        .map(move |k| turn(k as f32 / 32.0 * PI) * vec2(plan.aisle - shrink, rise - shrink))
-                };
-                let mut rib: Vec<Vec2> = arc(-0.05).collect();
-                rib.extend(arc(0.5 * plan.radius).rev());
-                mesh.add(&extrude(&rib, 0.7 * plan.radius, 0.02), Pose::at(0.0, height, z));
-            }
-            let side = half.x - plan.aisle;
-            for sx in [-1.0, 1.0] {
-                let flat = cuboid(vec3(side + 0.3, 0.3, 2.0 * half.y + 1.0));
-                mesh.add(&flat, Pose::at(sx * (plan.aisle + 0.5 * side + 0.15), height, 0.0));
-            }
-        }
+        0 => vault(mesh, plan, rng),
         1 => {
             mesh.add(&lid, Pose::at(0.0, height, 0.0));
             let n = rng.count(5, 9);
@@ -159,6 +135,40 @@ fn ceiling(mesh: &mut Mesh, plan: &Plan, rng: &mut Rng) {
                 mesh.add(&beam, Pose::at(0.0, height - 0.35, (i as f32 + 0.5) * 0.5 * plan.bay - half.y));
             }
         }
+    }
+}
+
+/// A barrel vault over the nave with ribs, flat ceilings over the aisles.
+fn vault(mesh: &mut Mesh, plan: &Plan, rng: &mut Rng) {
+    let (half, height) = (plan.half, plan.height);
+    let rise = rng.range(0.5, 1.0) * plan.aisle;
+    let shell = |r: f32, long: f32| {
+        surface((2, 40), move |u, v| {
+            let t = turn(v * PI);
+            vec3(r * t.x * plan.aisle, r * t.y * rise, (u - 0.5) * long)
+        })
+    };
+    mesh.add(&shell(1.0, 2.0 * half.y), Pose::at(0.0, height, 0.0));
+    let half_oval = (0..=32).map(|k| turn(k as f32 / 32.0 * PI) * vec2(plan.aisle + 0.1, rise + 0.1));
+    let tympanum = extrude(&half_oval.collect::<Vec<_>>(), 0.4, 0.0);
+    for side in [-1.0, 1.0] {
+        mesh.add(&tympanum, Pose::at(0.0, height, side * (half.y + 0.2)));
+    }
+    let roof = cuboid(vec3(2.0 * half.x + 1.0, 0.3, 2.0 * half.y + 1.0));
+    mesh.add(&roof, Pose::at(0.0, height + rise + 0.2, 0.0));
+    for i in 0..plan.bays {
+        let z = (i as f32 + 0.5) * plan.bay - half.y;
+        let arc = |shrink: f32| {
+            (0..=32).map(move |k| turn(k as f32 / 32.0 * PI) * vec2(plan.aisle - shrink, rise - shrink))
+        };
+        let mut rib: Vec<Vec2> = arc(-0.05).collect();
+        rib.extend(arc(0.5 * plan.radius).rev());
+        mesh.add(&extrude(&rib, 0.7 * plan.radius, 0.02), Pose::at(0.0, height, z));
+    }
+    let side = half.x - plan.aisle;
+    for sx in [-1.0, 1.0] {
+        let flat = cuboid(vec3(side + 0.3, 0.3, 2.0 * half.y + 1.0));
+        mesh.add(&flat, Pose::at(sx * (plan.aisle + 0.5 * side + 0.15), height, 0.0));
     }
 }
 

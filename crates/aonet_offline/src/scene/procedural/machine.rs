@@ -48,7 +48,8 @@ pub(super) fn gear(radius: f32, depth: f32, rng: &mut Rng) -> Mesh {
 /// A hexagonal bolt head on a washer, `size` across, pointing along +z.
 pub(super) fn bolt(size: f32) -> Mesh {
     let r = 0.5 * size;
-    let mut mesh = cylinder((r, 0.96 * r), 0.14 * size, 20);
+    let washer = [Vec2::ZERO, vec2(r, 0.0), vec2(0.94 * r, 0.14 * size), vec2(0.0, 0.14 * size)];
+    let mut mesh = lathe(&washer, 12);
     let head =
         [Vec2::ZERO, vec2(0.8, 0.0), vec2(0.8, 0.5), vec2(0.65, 0.6), Vec2::new(0.0, 0.6)].map(|p| p * r);
     mesh.add(&super::shapes::lathe_with(&head, 6, 0.0), Pose::at(0.0, 0.13 * size, 0.0));

@@ -5,8 +5,11 @@
 mod architecture;
 mod cave;
 mod clutter;
+mod corridor;
+mod drapes;
 mod furniture;
 mod hall;
+mod library;
 mod machine;
 mod mesh;
 mod plants;
@@ -17,9 +20,15 @@ mod sculpture;
 mod settle;
 mod shapes;
 mod solid;
+mod staircase;
 mod street;
+mod tabletop;
 mod terrain;
+mod tools;
+mod toys;
 mod vehicle;
+mod village;
+mod workshop;
 
 use super::Scene;
 use crate::error::{Error, Result};
@@ -49,6 +58,22 @@ pub enum Kind {
     RockArch,
     /// Tanks, pipes, gears.
     Machine,
+    /// A stairwell with straight and spiral stairs.
+    Staircase,
+    /// A laid table from near.
+    Tabletop,
+    /// Walls of books around a reading table.
+    Library,
+    /// A workshop or kitchen along two walls.
+    Workshop,
+    /// Cottages and a church around a green.
+    Village,
+    /// Towers, trains and castles of toy blocks.
+    ToyBlocks,
+    /// Cloth over things and hanging in folds.
+    Drapes,
+    /// The inside of a space ship.
+    Corridor,
 }
 
 impl Kind {
@@ -63,6 +88,14 @@ impl Kind {
         Self::Cave,
         Self::RockArch,
         Self::Machine,
+        Self::Staircase,
+        Self::Tabletop,
+        Self::Library,
+        Self::Workshop,
+        Self::Village,
+        Self::ToyBlocks,
+        Self::Drapes,
+        Self::Corridor,
     ];
 
     /// The name in snake_case.
@@ -77,19 +110,37 @@ impl Kind {
             Self::Cave => "cave",
             Self::RockArch => "rock_arch",
             Self::Machine => "machine",
+            Self::Staircase => "staircase",
+            Self::Tabletop => "tabletop",
+            Self::Library => "library",
+            Self::Workshop => "workshop",
+            Self::Village => "village",
+            Self::ToyBlocks => "toy_blocks",
+            Self::Drapes => "drapes",
+            Self::Corridor => "corridor",
         }
     }
 
     /// Whether walls and a ceiling surround the scene, so that a camera belongs inside.
     pub fn is_interior(self) -> bool {
         match self {
-            Self::FurnishedRoom | Self::Hall | Self::Cave => true,
+            Self::FurnishedRoom
+            | Self::Hall
+            | Self::Cave
+            | Self::Staircase
+            | Self::Library
+            | Self::Corridor => true,
             Self::ClutterPile
             | Self::Terrain
             | Self::Street
             | Self::Sculpture
             | Self::RockArch
-            | Self::Machine => false,
+            | Self::Machine
+            | Self::Tabletop
+            | Self::Workshop
+            | Self::Village
+            | Self::ToyBlocks
+            | Self::Drapes => false,
         }
     }
 }
@@ -123,8 +174,33 @@ pub fn build(kind: Kind, seed: u64) -> Scene {
         Kind::Cave => cave::cave(&mut rng),
         Kind::RockArch => cave::arch(&mut rng),
         Kind::Machine => machine::plant(&mut rng),
+        Kind::Staircase => staircase::stairwell(&mut rng),
+        Kind::Tabletop => tabletop::meal(&mut rng),
+        Kind::Library => library::library(&mut rng),
+        Kind::Workshop => workshop::workshop(&mut rng),
+        Kind::Village => village::village(&mut rng),
+        Kind::ToyBlocks => toys::blocks(&mut rng),
+        Kind::Drapes => drapes::drapes(&mut rng),
+        Kind::Corridor => corridor::corridor(&mut rng),
     };
     mesh.into_scene(format!("procedural:{kind}:{seed}"))
+}
+
+/// The scene and view of the program's demonstration.
+pub fn demo() -> (Scene, crate::View) {
+    let view = crate::View {
+        eye: [1.0, 1.6, 1.0],
+        target: [0.0, 0.8, 0.0],
+        up: [0.0, 1.0, 0.0],
+        fov_y_deg: 60.0,
+        ortho_height: None,
+        width: 1280,
+        height: 720,
+        near: 0.01,
+        far: f32::INFINITY,
+        radius: 0.5,
+    };
+    (build(Kind::FurnishedRoom, 0), view)
 }
 
 #[cfg(test)]
@@ -152,21 +228,4 @@ mod tests {
         let message = "moon".parse::<Kind>().unwrap_err().to_string();
         assert!(message.contains("moon") && message.contains("clutter_pile"), "{message}");
     }
-}
-
-/// The scene and view of the program's demonstration.
-pub fn demo() -> (Scene, crate::View) {
-    let view = crate::View {
-        eye: [1.0, 1.6, 1.0],
-        target: [0.0, 0.8, 0.0],
-        up: [0.0, 1.0, 0.0],
-        fov_y_deg: 60.0,
-        ortho_height: None,
-        width: 1280,
-        height: 720,
-        near: 0.01,
-        far: f32::INFINITY,
-        radius: 0.5,
-    };
-    (build(Kind::FurnishedRoom, 0), view)
 }

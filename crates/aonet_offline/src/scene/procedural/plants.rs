@@ -24,7 +24,8 @@ pub(super) fn tree(height: f32, leaves: usize, rng: &mut Rng) -> Mesh {
     let mut mesh = Mesh::default();
     let mut twigs = Vec::new();
     let trunk = (Vec3::ZERO, (Vec3::Y + rng.direction() * 0.12).normalize());
-    branch(&mut mesh, &mut twigs, (trunk, 0.35 * height, 0.035 * height, 4), (&habit, rng));
+    let order = if leaves < 700 { 3 } else { 4 };
+    branch(&mut mesh, &mut twigs, (trunk, 0.35 * height, 0.035 * height, order), (&habit, rng));
     if !habit.bare && !twigs.is_empty() {
         let leaf = leaf(habit.leaf);
         for _ in 0..leaves {
@@ -48,7 +49,7 @@ fn branch(
     with: (&Habit, &mut Rng),
 ) {
     let (habit, rng) = with;
-    let steps = 5;
+    let steps = if order == 0 { 3 } else { 5 };
     let (mut path, mut heading) = (vec![from], to);
     for _ in 0..steps {
         heading = (heading + rng.direction() * 0.16 - Vec3::Y * habit.droop * 0.12).normalize_or(Vec3::Y);
@@ -90,12 +91,12 @@ fn leaf(size: f32) -> Mesh {
 pub(super) fn conifer(height: f32, rng: &mut Rng) -> Mesh {
     let radius = 0.02 * height;
     let mut mesh = tube(&[Vec3::ZERO, vec3(0.0, height, 0.0)], &[radius, 0.1 * radius], 10);
-    let rings = rng.count(10, 18);
+    let rings = rng.count(14, 24);
     let wide = rng.range(0.18, 0.32) * height;
     for i in 0..rings {
         let t = i as f32 / rings as f32;
         let reach = wide * (1.0 - t) + 0.02 * height;
-        let boughs = rng.count(6, 10);
+        let boughs = rng.count(8, 13);
         let turned = rng.angle();
         for k in 0..boughs {
             let long = reach * rng.range(0.8, 1.1);

@@ -215,7 +215,7 @@ pub(super) fn cushion(size: Vec3, rng: &mut Rng) -> Mesh {
 /// A regular polygon or star outline about the origin.
 pub(super) fn star(points: usize, (outer, inner): (f32, f32)) -> Vec<Vec2> {
     let spoke = |i: usize| {
-        let r = if i % 2 == 0 { outer } else { inner };
+        let r = if i.is_multiple_of(2) { outer } else { inner };
         turn(i as f32 / (2 * points) as f32 * TAU) * r
     };
     (0..2 * points).map(spoke).collect()

@@ -1,13 +1,14 @@
 //! A furnished room: living room, bedroom, dining room or study.
 
-use super::architecture::{door, floor, trim_around, trim_profile, wall, window};
-use super::furniture::{bed, cabinet, chair, potted_plant, sofa, table};
-use super::mesh::{Mesh, Pose, turn};
-use super::props::{book, books, bottle, bowl, lamp, mug, picture, plate, vessel};
+use super::architecture::{Opening, door, floor, trim_around, trim_profile, wall, window};
+use super::furniture::{bed, cabinet, chair, curtains, potted_plant, radiator, sofa, table};
+use super::library::stack;
+use super::mesh::{Mesh, Pose};
+use super::props::{books, bottle, bowl, crate_of_slats, cushion, lamp, mug, picture, plate, vessel};
 use super::rng::Rng;
-use super::shapes::{ball, block, cuboid, lathe, surface};
+use super::shapes::{ball, block, cuboid, lathe};
 use glam::{Vec2, vec2, vec3};
-use std::f32::consts::{FRAC_PI_2, PI, TAU};
+use std::f32::consts::{FRAC_PI_2, PI};
 
 /// A room under construction: floor y = 0, inner walls at +-`half`.
 struct Room {
@@ -36,7 +37,7 @@ impl Room {
     }
 
     fn wall_length(&self, side: usize) -> f32 {
-        2.0 * if side % 2 == 0 { self.half.x } else { self.half.y }
+        2.0 * if side.is_multiple_of(2) { self.half.x } else { self.half.y }
     }
 
     /// Puts `part` with its back to some wall where there is place; where it went.
@@ -89,6 +90,7 @@ fn walls(room: &mut Room, rng: &mut Rng) {
     let thick = 0.22;
     let door_side = rng.below(4);
     let size = vec2(0.9, 2.05);
+    let panelled = rng.chance(0.35);
     for side in 0..4 {
         let long = room.wall_length(side);
         let mut holes = Vec::new();
@@ -106,6 +108,9 @@ fn walls(room: &mut Room, rng: &mut Rng) {
         }
         let pose = room.along_wall(side, 0.0).shift(0.0, 0.0, -0.5 * thick);
         room.mesh.add(&wall(vec3(long + 2.0 * thick, room.height, thick), &holes), pose);
+        if panelled {
+            panels(room, pose.shift(0.0, 0.0, 0.5 * thick), (long, &holes), &mut rng.clone());
+        }
         for (lo, hi) in holes {
             let at = pose.shift(0.5 * (lo.x + hi.x), lo.y, 0.0);
             if lo.y == 0.0 {
@@ -135,42 +140,6 @@ impl Room {
         let (lo, hi) = (a.min(b), a.max(b));
         self.taken.push((vec2(lo.x, lo.z), vec2(hi.x, hi.z)));
     }
-}
-
-/// Two curtains on a rod, hanging down by `drop` from y = 0.
-fn curtains(width: f32, drop: f32, rng: &mut Rng) -> Mesh {
-    let mut mesh = Mesh::default();
-    let rod = super::shapes::cylinder((0.012, 0.012), width + 0.2, 12);
-    mesh.add(&rod, Pose::at(0.5 * width + 0.1, 0.0, 0.0).roll(FRAC_PI_2));
-    let noise = super::rng::Noise::new(rng);
-    let (folds, deep) = (rng.range(5.0, 11.0), rng.range(0.02, 0.045));
-    let closed = rng.range(0.2, 0.5);
-    for side in [-1.0f32, 1.0] {
-        let cloth = surface((24, 110), |u, v| {
-            let gather = 1.0 - 0.25 * (u * PI).min(PI - u * PI).max(0.0) / PI;
-            let phase = v * folds * TAU + 1.5 * noise.at(vec3(v * 4.0, u * 1.5, side));
-            let z = turn(phase).y * deep * (0.6 + 0.5 * u);
-            let from_middle = if side > 0.0 { 1.0 - v } else { v };
-            let across = from_middle * closed * width * gather;
-            vec3(side * (0.5 * width - across), -u * drop, z)
-        });
-        mesh.add(&cloth, Pose::IDENTITY);
-    }
-    mesh
-}
-
-/// A radiator of ribs about `width` wide.
-fn radiator(width: f32, height: f32) -> Mesh {
-    let mut mesh = Mesh::default();
-    let ribs = (width / 0.06) as usize;
-    let rib = block(vec3(0.045, height, 0.09), 0.02);
-    for i in 0..ribs {
-        mesh.add(&rib, Pose::at((i as f32 + 0.5) * 0.06 - 0.03 * ribs as f32, 0.0, 0.0));
-    }
-    for y in [0.08, height - 0.12] {
-        mesh.add(&block(vec3(0.06 * ribs as f32, 0.04, 0.05), 0.01), Pose::at(0.0, y, 0.0));
-    }
-    mesh
 }
 
 fn ceiling(room: &mut Room, rng: &mut Rng) {
@@ -334,40 +303,36 @@ fn small_thing(rng: &mut Rng) -> (Mesh, f32) {
         2 => (bowl(0.13, 0.07), 0.13),
         3 => (lamp(rng.range(0.35, 0.55), rng), 0.2),
         4 => (potted_plant(rng.range(0.2, 0.4), rng), 0.16),
-        5 => {
-            let mut stack = Mesh::default();
-            let mut y = 0.0;
-            for _ in 0..rng.count(1, 4) {
-                let size = vec3(rng.range(0.012, 0.04), rng.range(0.19, 0.25), rng.range(0.13, 0.18));
-                let flat = Pose::at(0.0, y + 0.5 * size.x, 0.0).yaw(rng.spread(0.4)).roll(FRAC_PI_2);
-                stack.add(&book(size), flat.shift(0.0, -0.5 * size.y, 0.0));
-                y += size.x + 0.0005;
-            }
-            (stack, 0.16)
-        }
+        5 => (stack(rng.count(1, 4), rng), 0.16),
         _ => (vessel(rng.range(0.05, 0.09), rng.range(0.12, 0.3), rng), 0.09),
     }
 }
 
-/// Plants, lamps, shelves and pictures where there is place left.
+/// Plants, lamps, cupboards, pictures and what lies about, where there is place left.
 fn fill(room: &mut Room, rng: &mut Rng) {
-    for _ in 0..rng.count(2, 6) {
-        let part = match rng.below(4) {
+    for _ in 0..rng.count(5, 11) {
+        let kind = rng.below(6);
+        let part = match kind {
             0 => potted_plant(rng.range(0.6, 1.5), rng),
             1 => lamp(rng.range(1.3, 1.7), rng),
             2 => chair(rng),
-            _ => cabinet(vec3(rng.range(0.5, 1.1), rng.range(0.6, 2.0), 0.36), rng),
+            3 => table(vec3(rng.range(0.5, 1.0), rng.range(0.5, 0.75), rng.range(0.35, 0.5)), rng),
+            _ => cabinet(vec3(rng.range(0.5, 1.4), rng.range(0.5, 2.1), 0.36), rng),
         };
-        room.against_wall(&part, rng);
+        if let (Some(pose), 3..) = (room.against_wall(&part, rng), kind) {
+            tabletop(room, &part, pose, rng);
+        }
     }
+    litter(room, rng);
     for side in 0..4 {
         let long = room.wall_length(side);
-        for _ in 0..rng.count(0, 3) {
+        for _ in 0..rng.count(1, 4) {
             let size = vec2(rng.range(0.2, 0.7), rng.range(0.25, 0.6));
             let pose =
-                room.along_wall(side, rng.spread(0.5 * long - 0.6)).shift(0.0, rng.range(1.25, 1.6), 0.001);
-            let (lo, hi) = (pose.apply(vec3(-0.5, 0.3, -0.1)), pose.apply(vec3(0.5, 0.6, 0.12)));
-            if room.mesh.position.iter().any(|p| p.cmpge(lo.min(hi)).all() && p.cmple(lo.max(hi)).all()) {
+                room.along_wall(side, rng.spread(0.5 * long - 0.6)).shift(0.0, rng.range(1.25, 1.7), 0.001);
+            let (lo, hi) = (pose.apply(vec3(-0.55, -0.1, -0.1)), pose.apply(vec3(0.55, 0.6, 0.3)));
+            let (lo, hi) = (lo.min(hi), lo.max(hi));
+            if room.mesh.position.iter().any(|p| p.cmpge(lo).all() && p.cmple(hi).all()) {
                 continue;
             }
             if rng.chance(0.7) {
@@ -375,6 +340,41 @@ fn fill(room: &mut Room, rng: &mut Rng) {
             } else {
                 shelf(&mut room.mesh, pose, rng);
             }
+        }
+    }
+}
+
+/// Cushions, crates, books and balls on the floor.
+fn litter(room: &mut Room, rng: &mut Rng) {
+    for _ in 0..rng.count(4, 16) {
+        let part = match rng.below(6) {
+            0 => cushion(vec3(0.5, 0.14, 0.5), rng),
+            1 => crate_of_slats(vec3(rng.range(0.3, 0.5), rng.range(0.15, 0.35), 0.3), rng),
+            2 => stack(rng.count(1, 7), rng),
+            3 => ball(rng.range(0.06, 0.13), 32),
+            4 => block(vec3(rng.range(0.15, 0.5), rng.range(0.1, 0.35), rng.range(0.15, 0.4)), 0.006),
+            _ => vessel(rng.range(0.1, 0.18), rng.range(0.2, 0.5), rng),
+        };
+        let at = rng.in_rect(room.half - Vec2::splat(0.3));
+        room.put(&part, Pose::at(at.x, 0.01 - part.extent().0.y, at.y).yaw(rng.angle()));
+    }
+}
+
+/// Panels on the lower part of a wall along `pose`, between its openings.
+fn panels(room: &mut Room, pose: Pose, (long, holes): (f32, &[Opening]), rng: &mut Rng) {
+    let (n, high) = ((long / rng.range(0.5, 0.9)).ceil(), rng.range(0.7, 1.1));
+    let wide = long / n;
+    let rim = rng.range(0.03, 0.06);
+    let field = vec2(wide - 0.1 - 2.0 * rim, high - 0.3);
+    let panel = super::architecture::frame(field, vec2(rim, 0.025));
+    let rail = block(vec3(wide, 0.05, 0.05), 0.01);
+    for k in 0..n as usize {
+        let x = (k as f32 + 0.5) * wide - 0.5 * long;
+        let free =
+            holes.iter().all(|(lo, hi)| lo.y > high + 0.1 || hi.x < x - 0.5 * wide || lo.x > x + 0.5 * wide);
+        if free {
+            room.mesh.add(&panel, pose.shift(x, 0.21, 0.006));
+            room.mesh.add(&rail, pose.shift(x, high, 0.01));
         }
     }
 }

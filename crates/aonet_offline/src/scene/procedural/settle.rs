@@ -47,10 +47,9 @@ impl Ground {
     /// Drops `body` near `from` (x, z): returns its pose at rest, and covers the ground with it. None
     /// where it falls off the ground.
     pub(super) fn drop(&mut self, body: &Mesh, from: Vec2, rng: &mut Rng) -> Option<Pose> {
-        let mut skin = Vec::new();
         let (lo, hi) = body.extent();
         let size = (hi - lo).max_element();
-        samples(body, (0.08 * size).max(0.8 * self.cell), |p| skin.push(p));
+        let skin = skin(body, (0.06 * size).max(0.8 * self.cell));
         let centre = skin.iter().sum::<Vec3>() / skin.len().max(1) as f32;
         let mut pose =
             Pose::at(from.x, 0.0, from.y) * random_turn(rng).shift(-centre.x, -centre.y, -centre.z);
@@ -91,6 +90,15 @@ fn random_turn(rng: &mut Rng) -> Pose {
         2 => pose.pitch(rng.spread(3.0)),
         _ => pose,
     }
+}
+
+/// Points of the surface, about one in each cube of side `spacing`.
+fn skin(body: &Mesh, spacing: f32) -> Vec<Vec3> {
+    let mut points = Vec::new();
+    samples(body, spacing, |p| points.push(((p / spacing).floor().as_ivec3().to_array(), p)));
+    points.sort_by_key(|(cube, _)| *cube);
+    points.dedup_by_key(|(cube, _)| *cube);
+    points.into_iter().map(|(_, p)| p).collect()
 }
 
 /// Points on every triangle, at most `spacing` apart.

@@ -231,9 +231,13 @@ pub(super) fn moulding(path: &[Vec3], section: &[Vec2], closed: bool) -> Mesh {
     mesh.shade(35.0)
 }
 
-/// A counter-clockwise `outline` in x, y extruded along z by `depth` about z = 0, edges cut by `bevel`.
+/// An `outline` in x, y extruded along z by `depth` about z = 0, edges cut by `bevel`.
 pub(super) fn extrude(outline: &[Vec2], depth: f32, bevel: f32) -> Mesh {
     let n = outline.len();
+    let area: f32 = (0..n).map(|k| outline[k].perp_dot(outline[(k + 1) % n])).sum();
+    if area < 0.0 {
+        return extrude(&outline.iter().rev().copied().collect::<Vec<_>>(), depth, bevel);
+    }
     let small = if bevel > 0.0 { inset(outline, bevel) } else { outline.to_vec() };
     let h = 0.5 * depth;
     let rings: Vec<(&[Vec2], f32)> = if bevel > 0.0 {

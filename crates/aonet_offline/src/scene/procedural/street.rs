@@ -106,22 +106,24 @@ fn house(size: Vec2, floors: usize, rng: &mut Rng) -> Mesh {
             mesh.add(&head, at.shift(0.0, pane.y + 0.1, 0.5 * thick + 0.05));
         }
     }
-    let deep = size.y - thick;
-    let rooms = Pose::at(0.0, 0.0, -thick - 0.5 * deep);
-    for side in [-1.0, 1.0] {
-        mesh.add(&cuboid(vec3(0.2, height, deep)), rooms.shift(side * (0.5 * size.x - 0.1), 0.0, 0.0));
-    }
-    mesh.add(&cuboid(vec3(size.x - 0.4, height, 0.2)), rooms.shift(0.0, 0.0, 0.1 - 0.5 * deep));
-    mesh.add(&cuboid(vec3(size.x - 0.4, height, 0.1)), rooms.shift(0.0, 0.0, 0.2 * deep));
-    for j in 0..=floors {
-        mesh.add(
-            &cuboid(vec3(size.x - 0.4, 0.2, deep)),
-            rooms.shift(0.0, (j as f32 * tall - 0.1).max(0.0), 0.0),
-        );
-    }
+    rooms(&mut mesh, vec3(size.x, height, size.y - thick), (tall, floors));
     facade(&mut mesh, (size.x, tall, floors), rng);
     roof(&mut mesh, vec3(size.x, height, size.y), rng);
     mesh
+}
+
+/// What is behind a front at z = -0.35: side walls, a back, a wall between, floors.
+fn rooms(mesh: &mut Mesh, size: Vec3, (tall, floors): (f32, usize)) {
+    let middle = Pose::at(0.0, 0.0, -0.35 - 0.5 * size.z);
+    for side in [-1.0, 1.0] {
+        mesh.add(&cuboid(vec3(0.2, size.y, size.z)), middle.shift(side * (0.5 * size.x - 0.1), 0.0, 0.0));
+    }
+    mesh.add(&cuboid(vec3(size.x - 0.4, size.y, 0.2)), middle.shift(0.0, 0.0, 0.1 - 0.5 * size.z));
+    mesh.add(&cuboid(vec3(size.x - 0.4, size.y, 0.1)), middle.shift(0.0, 0.0, 0.2 * size.z));
+    for j in 0..=floors {
+        let slab = cuboid(vec3(size.x - 0.4, 0.2, size.z));
+        mesh.add(&slab, middle.shift(0.0, (j as f32 * tall - 0.1).max(0.0), 0.0));
+    }
 }
 
 /// String courses, corner stones, drain pipe.

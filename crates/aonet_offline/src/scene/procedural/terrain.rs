@@ -3,7 +3,7 @@
 use super::mesh::{Mesh, Pose};
 use super::plants::{conifer, grass, rock, tree};
 use super::rng::{Noise, Rng};
-use super::shapes::surface;
+use super::shapes::{ball, surface};
 use glam::{Vec2, Vec3, vec2, vec3};
 
 /// The shape of the land.
@@ -39,6 +39,7 @@ pub(super) fn terrain(rng: &mut Rng) -> Mesh {
     trees(&mut mesh, (&land, half), rng);
     rocks(&mut mesh, (&land, half), rng);
     undergrowth(&mut mesh, (&land, half), rng);
+    pebbles(&mut mesh, (&land, half), rng);
     mesh
 }
 
@@ -46,15 +47,21 @@ fn trees(mesh: &mut Mesh, (land, half): (&Land, f32), rng: &mut Rng) {
     let kinds: Vec<Mesh> = (0..3)
         .map(|_| match rng.chance(0.35) {
             true => conifer(rng.range(4.0, 9.0), rng),
-            false => tree(rng.range(3.5, 8.0), 1400, rng),
+            false => tree(rng.range(3.5, 8.0), 1000, rng),
         })
         .collect();
-    for _ in 0..rng.count(6, 16) {
+    for _ in 0..rng.count(5, 11) {
         let p = rng.in_rect(Vec2::splat(0.92 * half));
         let pose = Pose::at(p.x, land.height(p) - 0.08, p.y).yaw(rng.angle()).scale(rng.range(0.6, 1.2));
         mesh.add(rng.pick(&kinds), pose);
     }
-    for _ in 0..rng.below(4) {
+    let bush = tree(1.6, 450, rng);
+    for _ in 0..rng.count(3, 14) {
+        let p = rng.in_rect(Vec2::splat(0.92 * half));
+        let pose = Pose::at(p.x, land.height(p) - 0.45, p.y).yaw(rng.angle());
+        mesh.add(&bush, pose.scale(rng.range(0.7, 1.2)));
+    }
+    for _ in 0..rng.count(1, 5) {
         let p = rng.in_rect(Vec2::splat(0.8 * half));
         let (r, long) = (rng.range(0.15, 0.35), rng.range(1.0, 4.0));
         let log = super::shapes::cylinder((r, 0.85 * r), long, 18);
@@ -81,12 +88,25 @@ fn rocks(mesh: &mut Mesh, (land, half): (&Land, f32), rng: &mut Rng) {
     }
 }
 
+fn pebbles(mesh: &mut Mesh, (land, half): (&Land, f32), rng: &mut Rng) {
+    let stone = ball(1.0, 10);
+    for _ in 0..rng.count(6, 20) {
+        let centre = rng.in_rect(Vec2::splat(0.9 * half));
+        for _ in 0..rng.count(4, 22) {
+            let p = centre + rng.in_rect(Vec2::splat(1.2));
+            let r = 0.02 + 0.1 * rng.unit() * rng.unit();
+            let pose = Pose::at(p.x, land.height(p) + 0.3 * r, p.y).yaw(rng.angle());
+            mesh.add(&stone, pose.stretch(r, r * rng.range(0.4, 0.9), r * rng.range(0.6, 1.0)));
+        }
+    }
+}
+
 fn undergrowth(mesh: &mut Mesh, (land, half): (&Land, f32), rng: &mut Rng) {
     let tufts: Vec<Mesh> = (0..4).map(|_| grass(rng.range(0.25, 0.7), 22, rng)).collect();
-    for _ in 0..rng.count(20, 45) {
+    for _ in 0..rng.count(30, 60) {
         let centre = rng.in_rect(Vec2::splat(half));
         let wide = rng.range(0.3, 2.0);
-        for _ in 0..rng.count(3, 16) {
+        for _ in 0..rng.count(4, 18) {
             let p = (centre + rng.in_rect(Vec2::splat(wide))).clamp(Vec2::splat(-half), Vec2::splat(half));
             let pose = Pose::at(p.x, land.height(p) - 0.02, p.y).yaw(rng.angle()).scale(rng.range(0.6, 1.4));
             mesh.add(rng.pick(&tufts), pose);

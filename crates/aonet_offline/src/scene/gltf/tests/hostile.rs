@@ -179,3 +179,14 @@ fn a_fan_of_many_faces_takes_no_quadratic_time() {
     assert!(attempt(&file.glb()).unwrap().triangle.len() > count / 2);
     assert!(start.elapsed().as_secs() < 20, "{:?}", start.elapsed());
 }
+
+#[test]
+#[ignore = "writes fuzz/seeds/gltf"]
+fn write_fuzz_seeds() {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz/seeds/gltf");
+    let file = everything();
+    let content: String = file.bin.iter().map(|b| format!("%{b:02X}")).collect();
+    std::fs::write(folder.join("everything.glb"), file.glb()).unwrap();
+    std::fs::write(folder.join("everything.gltf"), file.text(Some(&format!("data:,{content}")))).unwrap();
+    std::fs::write(folder.join("triangle.glb"), Builder::triangle().glb()).unwrap();
+}

@@ -1,0 +1,140 @@
+//! `aonet bench`: run-time of a network on this machine.
+
+use crate::output::{self, Style, number, table};
+use crate::setup;
+use anyhow::Result;
+use aonet::net::Model;
+use aonet::net::cpu::Session;
+use aonet::{AoImage, AoParams, Camera, GBuffer, Projection};
+use clap::Parser;
+use glam::Vec3;
+use serde::Serialize;
+use serde_json::json;
+use std::path::PathBuf;
+use std::time::Instant;
+
+/// Time a network on the CPU: features, network and clamping of a frame whose buffers are in memory.
+///
+/// The floor is what the multiplications and the least memory traffic (weights, G-buffer and AO once) would take; both are
+/// printed so that any machine's peak can be held against them.
+#[derive(Debug, Parser)]
+#[command(after_help = "Example:\n  aonet bench --threads 1 --threads 2 --size 1920x1080")]
+pub(crate) struct Args {
+    /// Network; the shipped one that serves any radius if absent.
+    #[arg(long, value_name = "M.safetensors")]
+    model: Option<PathBuf>,
+    /// Image size; may be repeated [default: the paper's 540x540, 1280x720, 2048x1024].
+    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    size: Vec<(usize, usize)>,
+    /// Threads; may be repeated [default: 1 and all cores].
+    #[arg(long)]
+    threads: Vec<usize>,
+    /// Counted runs, after one that is not.
+    #[arg(long, default_value_t = 15)]
+    runs: usize,
+    /// Print JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+#[derive(Serialize)]
+struct Timing {
+    width: usize,
+    height: usize,
+    threads: usize,
+    median_ms: f64,
+    min_ms: f64,
+    gflop_per_s: f64,
+    session_mib: f64,
+}
+
+fn parse_size(text: &str) -> Result<(usize, usize)> {
+    let (width, height) =
+        text.split_once('x').ok_or_else(|| anyhow::anyhow!("expected WxH, such as 1280x720"))?;
+    let size = (width.parse()?, height.parse()?);
+    aonet::camera::check_size("--size", size.0, size.1)?;
+    Ok(size)
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &Args) -> Result<()> {
+    let model = setup::model(args.model.as_deref())?;
+    let or = |given: &[(usize, usize)], default: &[(usize, usize)]| {
+        if given.is_empty() { default.to_vec() } else { given.to_vec() }
+    };
+    let sizes = or(&args.size, &[(540, 540), (1280, 720), (2048, 1024)]);
+    let mut threads = args.threads.clone();
+    if threads.is_empty() {
+        threads = vec![1, setup::threads(None)];
+        threads.dedup();
+    }
+    let mut timings = Vec::new();
+    for &size in &sizes {
+        for &threads in &threads {
+            timings.push(time(&model, size, threads.clamp(1, 1024), args.runs.max(1))?);
+        }
+    }
+    let macs = model.graph().macs_per_pixel();
+    if args.json {
+        let model = json!({ "config": model.config(), "macs_per_pixel": macs });
+        return output::json(&json!({ "model": model, "peak_process_mib": peak_mib(), "timings": timings }));
+    }
+    let cells = |t: &Timing| {
+        let floor_mib = (t.width * t.height * (4 * 4 + 4)) as f64 / (1u64 << 20) as f64;
+        vec![
+            format!("{}x{}", t.width, t.height),
+            t.threads.to_string(),
+            number(t.median_ms, 1),
+            number(t.min_ms, 1),
+            number(t.gflop_per_s, 0),
+            number(2e-9 * macs * (t.width * t.height) as f64, 1),
+            number(floor_mib, 1),
+            number(t.session_mib, 1),
+        ]
+    };
+    let header = ["size", "threads", "median ms", "min ms", "GFLOP/s", "GFLOP", "floor MiB", "session MiB"];
+    let mut text = table(&header, &timings.iter().map(cells).collect::<Vec<_>>(), Style::Text);
+    text += &format!("\n{} runs each; peak of the process {} MiB\n", args.runs, number(peak_mib(), 0));
+    output::text(&text)
+}
+
+fn time(model: &Model, (width, height): (usize, usize), threads: usize, runs: usize) -> Result<Timing> {
+    let gbuffer = bump(width, height)?;
+    let mut image = AoImage::open(width, height)?;
+    let mut session = Session::new(model, width, height, threads)?;
+    let params = AoParams { radius: 0.5 };
+    session.run(&gbuffer, params, &mut image)?;
+    let mut times = Vec::with_capacity(runs);
+    for _ in 0..runs {
+        let start = Instant::now();
+        session.run(&gbuffer, params, &mut image)?;
+        times.push(start.elapsed().as_secs_f64() * 1e3);
+    }
+    times.sort_by(f64::total_cmp);
+    let median_ms = times[times.len() / 2];
+    let flop = 2.0 * model.graph().macs_per_pixel() * (width * height) as f64;
+    let session_mib = session.memory_bytes() as f64 / (1u64 << 20) as f64;
+    let gflop_per_s = flop / median_ms / 1e6;
+    Ok(Timing { width, height, threads, median_ms, min_ms: times[0], gflop_per_s, session_mib })
+}
+
+/// A bump that fills the image: foreground everywhere, normals that turn.
+fn bump(width: usize, height: usize) -> Result<GBuffer> {
+    let projection = Projection::Perspective { fov_y: 1.0 };
+    let camera = Camera::look_at((Vec3::ZERO, -Vec3::Z, Vec3::Y), projection, (width, height), 0.1)?;
+    let at = |i: usize| {
+        let x = (i % width) as f32 / width as f32 - 0.5;
+        let y = 0.5 - (i / width) as f32 / height as f32;
+        Vec3::new(x, y, 1.5).normalize()
+    };
+    let normal = (0..width * height).map(|i| at(i).to_array()).collect();
+    let depth = (0..width * height).map(|i| 4.0 - at(i).z).collect();
+    Ok(GBuffer::new(camera, depth, normal)?)
+}
+
+/// Largest resident size of this process so far [MiB], where the system tells.
+fn peak_mib() -> Option<f64> {
+    let status = std::fs::read_to_string("/proc/self/status").ok()?;
+    let line = status.lines().find(|l| l.starts_with("VmHWM:"))?;
+    Some(line.split_whitespace().nth(1)?.parse::<f64>().ok()? / 1024.0)
+}

@@ -1,0 +1,234 @@
+//! The program as a user meets it: files in, files out, exit codes, messages.
+
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+/// A folder of inputs, and the program run in it.
+struct Desk {
+    dir: tempfile::TempDir,
+}
+
+impl Desk {
+    fn new() -> Self {
+        let desk = Self { dir: tempfile::tempdir().unwrap() };
+        desk.write("view.json", &view(48, 32, "0.5"));
+        desk
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.dir.path().join(name)
+    }
+
+    fn write(&self, name: &str, text: &str) {
+        std::fs::write(self.path(name), text).unwrap();
+    }
+
+    fn run(&self, line: &str) -> Output {
+        Command::new(env!("CARGO_BIN_EXE_aonet"))
+            .args(line.split_whitespace())
+            .current_dir(self.dir.path())
+            .output()
+            .unwrap()
+    }
+
+    /// Runs a command that must succeed; returns stdout.
+    fn ok(&self, line: &str) -> String {
+        let output = self.run(line);
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        assert_eq!(output.status.code(), Some(0), "aonet {line}\n{stderr}");
+        String::from_utf8(output.stdout).unwrap()
+    }
+
+    /// Runs a command that must say why it cannot; returns stderr.
+    fn fails(&self, line: &str) -> String {
+        let output = self.run(line);
+        let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert_eq!(output.status.code(), Some(2), "aonet {line}\n{stderr}");
+        assert!(!stderr.contains("panicked"), "aonet {line}\n{stderr}");
+        stderr
+    }
+
+    fn json(&self, line: &str) -> Value {
+        serde_json::from_str(&self.ok(line)).unwrap()
+    }
+}
+
+fn view(width: usize, height: usize, radius: &str) -> String {
+    format!(
+        r#"{{"eye":[0.5,3.0,5.0],"target":[0.0,0.5,0.0],"fov_y_deg":50,"width":{width},"height":{height},"radius":{radius}}}"#
+    )
+}
+
+const SCENE: &str = "procedural:clutter_pile:1";
+
+#[test]
+fn a_scene_becomes_a_frame_becomes_ao_that_can_be_compared() {
+    let desk = Desk::new();
+    let traced =
+        desk.json(&format!("trace {SCENE} --view view.json --spp 16 -o frame.exr --png ao.png --json"));
+    assert_eq!(traced["spp"], 16);
+    assert!(traced["mean_visibility"].as_f64().is_some_and(|m| m > 0.1 && m < 1.0));
+    let inferred = desk.json("infer frame.exr -o net.exr --json");
+    assert_eq!((inferred["width"].as_u64(), inferred["radius"].as_f64()), (Some(48), Some(0.5)));
+    desk.ok("infer frame.exr -o net.png");
+    let scores = desk.json("compare frame.exr net.exr net.png --picture sheet.png --json");
+    let ssim = |i: usize| scores["images"][i]["full"]["ssim"].as_f64().unwrap();
+    assert!((ssim(0) - ssim(1)).abs() < 1e-3 && ssim(0) < 1.0, "{scores}");
+    for name in ["ao.png", "sheet.png"] {
+        let picture = image::open(desk.path(name)).unwrap();
+        assert!(picture.width() >= 48, "{name}");
+    }
+}
+
+#[test]
+fn render_leaves_out_ao_and_infer_does_not_need_it() {
+    let desk = Desk::new();
+    desk.ok(&format!("render {SCENE} --view view.json -o frame.exr --png normal.png"));
+    assert_eq!(desk.json("info frame.exr --json")["mean_visibility"], Value::Null);
+    desk.ok("infer frame.exr -o ao.exr --threads 1");
+    assert!(desk.fails("compare normal.png").contains("IMAGES"));
+}
+
+#[test]
+fn a_requested_check_that_fails_is_exit_code_1() {
+    let desk = Desk::new();
+    desk.ok(&format!("trace {SCENE} --view view.json --spp 4 -o frame.exr"));
+    desk.ok("infer frame.exr -o net.exr");
+    assert_eq!(desk.run("compare net.exr net.exr --min-ssim 0.999").status.code(), Some(0));
+    assert_eq!(desk.run("compare frame.exr net.exr --min-ssim 0.9999").status.code(), Some(1));
+    assert_eq!(desk.run("compare frame.exr net.exr --min-psnr 90").status.code(), Some(1));
+}
+
+#[test]
+fn odd_sizes_work() {
+    let desk = Desk::new();
+    for (width, height) in [(1, 1), (7, 3), (4001, 17)] {
+        desk.write("odd.json", &view(width, height, "0.5"));
+        desk.ok(&format!("render {SCENE} --view odd.json -o odd.exr"));
+        let inferred = desk.json("infer odd.exr -o odd_ao.exr --json");
+        assert_eq!(
+            (inferred["width"].as_u64(), inferred["height"].as_u64()),
+            (Some(width as u64), Some(height as u64))
+        );
+    }
+}
+
+#[test]
+fn bad_radii_and_sizes_are_refused() {
+    let desk = Desk::new();
+    desk.ok(&format!("render {SCENE} --view view.json -o frame.exr"));
+    for radius in ["0", "-1", "inf", "nan"] {
+        assert!(
+            desk.fails(&format!("infer frame.exr -o ao.exr --radius={radius}")).contains("radius"),
+            "{radius}"
+        );
+    }
+    for (width, height, radius) in
+        [(0, 4, "1"), (4, 0, "1"), (4, 4, "0"), (1_000_000, 4, "1"), (4, 4, "1e999")]
+    {
+        desk.write("bad.json", &view(width, height, radius));
+        assert!(desk.fails(&format!("render {SCENE} --view bad.json -o bad.exr")).contains("bad.json"));
+    }
+    assert!(!desk.path("ao.exr").exists() && !desk.path("bad.exr").exists());
+}
+
+#[test]
+fn broken_files_are_named_and_leave_nothing_behind() {
+    let desk = Desk::new();
+    desk.ok(&format!("render {SCENE} --view view.json -o frame.exr"));
+    let whole = std::fs::read(desk.path("frame.exr")).unwrap();
+    std::fs::write(desk.path("cut.exr"), &whole[..whole.len() / 2]).unwrap();
+    desk.write("text.exr", "not an image");
+    desk.write("text.safetensors", "not a model");
+    desk.write("text.glb", "not a scene");
+    desk.write("text.json", "not a view");
+    let before = listing(desk.dir.path());
+    for (line, name) in [
+        ("infer cut.exr -o ao.exr", "cut.exr"),
+        ("infer text.exr -o ao.exr", "text.exr"),
+        ("infer missing.exr -o ao.exr", "missing.exr"),
+        ("infer frame.exr -o ao.jpg", "ao.jpg"),
+        ("infer frame.exr -o no/such/folder/ao.exr", "ao.exr"),
+        ("infer frame.exr -o ao.exr --model text.safetensors", "text.safetensors"),
+        ("render text.glb --view view.json -o x.exr", "text.glb"),
+        ("render procedural:clutter_pile:1 --view text.json -o x.exr", "text.json"),
+        ("render procedural:unicorn:1 --view view.json -o x.exr", "unicorn"),
+        ("compare frame.exr text.exr", "frame.exr"),
+        ("info text.json", "text.json"),
+        ("eval no_such_dataset", "no_such_dataset"),
+        ("demo --scene text.glb", "text.glb"),
+    ] {
+        let stderr = desk.fails(line);
+        assert!(stderr.contains(name), "aonet {line}\n{stderr}");
+    }
+    assert_eq!(listing(desk.dir.path()), before);
+}
+
+fn listing(dir: &Path) -> Vec<String> {
+    let mut names: Vec<String> = std::fs::read_dir(dir)
+        .unwrap()
+        .map(|e| e.unwrap().file_name().to_string_lossy().into_owned())
+        .collect();
+    names.sort();
+    names
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn a_full_disk_is_an_error() {
+    let desk = Desk::new();
+    desk.ok(&format!("render {SCENE} --view view.json -o frame.exr"));
+    std::os::unix::fs::symlink("/dev/full", desk.path("full")).unwrap();
+    let output = Command::new("sh")
+        .args(["-c", &format!("{} infer frame.exr -o ao.exr --json > full", env!("CARGO_BIN_EXE_aonet"))])
+        .current_dir(desk.dir.path())
+        .output()
+        .unwrap();
+    assert_eq!(output.status.code(), Some(2), "{output:?}");
+}
+
+#[test]
+fn the_demo_writes_its_pictures() {
+    let desk = Desk::new();
+    let demo = desk.json("demo --width 96 --height 64 --spp 8 -o out --json");
+    assert!(demo["network"]["full"]["psnr"].as_f64().is_some_and(f64::is_finite));
+    for name in [
+        "normal.png",
+        "depth.png",
+        "ao_reference.png",
+        "ao_network.png",
+        "error.png",
+        "side_by_side.png",
+        "frame.exr",
+    ] {
+        assert!(desk.path("out").join(name).exists(), "{name}");
+    }
+}
+
+#[test]
+fn a_dataset_is_made_described_and_evaluated() {
+    let desk = Desk::new();
+    desk.ok(
+        "dataset frames --procedural clutter_pile:1 --split test --frames 2 --width 64 --height 48 --spp 8",
+    );
+    assert_eq!(desk.json("info frames --json")["frames"]["test"], 2);
+    let table = desk.json("eval frames --constant 0.8 --by-scene --json");
+    assert_eq!(table["overall"][0]["method"], "constant 0.800");
+    assert_eq!(table["overall"][1]["scores"]["frames"], 2);
+    assert!(desk.ok("eval frames --markdown -o table.md").starts_with("| method"));
+    assert!(desk.path("table.md").exists());
+}
+
+#[test]
+fn help_and_completions_are_complete() {
+    let desk = Desk::new();
+    let help = desk.ok("--help");
+    for command in ["demo", "render", "trace", "infer", "compare", "dataset", "train", "eval", "info"] {
+        assert!(help.contains(command), "{command}");
+        assert!(desk.ok(&format!("{command} --help")).contains("Usage"), "{command}");
+    }
+    for shell in ["bash", "zsh", "fish"] {
+        assert!(desk.ok(&format!("completions {shell}")).contains("aonet"));
+    }
+}

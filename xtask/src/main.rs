@@ -1,2 +1,0 @@
-//! Maintenance commands of this repository.
-fn main() {}
