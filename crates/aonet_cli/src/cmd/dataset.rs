@@ -1,22 +1,32 @@
 //! `aonet dataset`: frames for training and evaluation.
 
-use anyhow::{Context, Result, bail};
-use aonet_offline::dataset::{
-    self, Event, Manifest, Plan, Preset, RadiusRule, Recipe, SceneSpec, SceneSplit, Shard,
-};
-use aonet_offline::scene::procedural::Kind;
+mod make;
+mod progress;
+
+use crate::output;
+use anyhow::Result;
+use aonet_offline::dataset::{self, Manifest, Shard};
+use aonet_offline::picture;
 use clap::{Parser, Subcommand, ValueEnum};
-use indicatif::{ProgressBar, ProgressStyle};
-use std::ops::Range;
 use std::path::PathBuf;
-use std::sync::atomic::{AtomicU64, Ordering};
-use std::time::Instant;
+
+/// Frames of a contact sheet.
+const FRAMES: usize = 24;
+
+/// Frames in a row of a contact sheet.
+const COLUMNS: usize = 4;
 
 /// Make frames with ray-traced AO for training and evaluation.
 ///
-/// May be stopped at any moment and started again: complete frames are kept.
+/// May be stopped at any moment and started again: complete frames are kept. Without any scenes given, scenes
+/// made from code are used.
 #[derive(Debug, Parser)]
-#[command(args_conflicts_with_subcommands = true, subcommand_negates_reqs = true)]
+#[command(
+    args_conflicts_with_subcommands = true,
+    subcommand_negates_reqs = true,
+    after_help = "Examples:\n  aonet dataset frames --frames 200 --contact-sheet sheet.png\n  \
+                  aonet dataset paper --preset paper --scenes-dir scenes --shard 1/2"
+)]
 pub(crate) struct Args {
     #[command(subcommand)]
     action: Option<Action>,
@@ -40,16 +50,16 @@ enum Action {
         #[arg(short, long)]
         output: PathBuf,
         /// How many frames, spread over the dataset.
-        #[arg(long, default_value_t = 24)]
+        #[arg(long, default_value_t = FRAMES)]
         count: usize,
         /// Frames in a row.
-        #[arg(long, default_value_t = 6)]
+        #[arg(long, default_value_t = COLUMNS)]
         columns: usize,
     },
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
-enum PresetName {
+pub(super) enum PresetName {
     /// As in the paper: 37 scenes, 3996 frames of 1280x720, one radius a scene.
     Paper,
     /// All scenes and procedural ones, a radius of its own for every frame.
@@ -57,14 +67,14 @@ enum PresetName {
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
-enum SplitName {
+pub(super) enum SplitName {
     Train,
     Val,
     Test,
 }
 
 #[derive(Debug, clap::Args)]
-struct Make {
+pub(super) struct Make {
     /// Folder to write frames and the manifest into.
     #[arg(required = true)]
     out_dir: Option<PathBuf>,
@@ -74,6 +84,10 @@ struct Make {
     /// Folder with scenes.csv and the glTF files that it lists.
     #[arg(long, value_name = "DIR")]
     scenes_dir: Option<PathBuf>,
+    /// Make the frames of this manifest again, with the files of --scenes-dir; only --shard and the options
+    /// of the report apply.
+    #[arg(long, value_name = "MANIFEST")]
+    from: Option<PathBuf>,
     /// A glTF file, as a single object on a ground plane. May be repeated.
     #[arg(long, value_name = "FILE")]
     scene: Vec<PathBuf>,
@@ -109,11 +123,14 @@ struct Make {
     #[arg(long, default_value_t = 0)]
     seed: u64,
     /// Make part I of N, 1 <= I <= N, to be joined by `aonet dataset merge`.
-    #[arg(long, value_name = "I/N", value_parser = parse_shard)]
+    #[arg(long, value_name = "I/N", value_parser = make::parse_shard)]
     shard: Option<Shard>,
     /// Draw a contact sheet at the end.
     #[arg(long, value_name = "FILE.png")]
     contact_sheet: Option<PathBuf>,
+    /// Print facts as JSON.
+    #[arg(long)]
+    json: bool,
 }
 
 /// Runs the command.
@@ -122,151 +139,14 @@ struct Make {
 /// When a request cannot be met or a file cannot be read or written.
 pub(crate) fn run(args: Args) -> Result<()> {
     match args.action {
-        None => make(&args.make),
+        None => make::run(&args.make),
         Some(Action::Merge { dirs }) => {
             let manifest = dataset::merge(&dirs)?;
-            println!("{}", manifest.dir().join("manifest.json").display());
-            Ok(())
+            output::text(&format!("{}\n", manifest.dir().join(Manifest::file_name(None)).display()))
         }
         Some(Action::Sheet { dataset, output, count, columns }) => {
-            let manifest = Manifest::load(&dataset)?;
-            Ok(dataset::save_png(&dataset::contact_sheet(&manifest, count, columns)?, &output)?)
-        }
-    }
-}
-
-fn make(make: &Make) -> Result<()> {
-    let out_dir = make.out_dir.as_ref().context("OUT_DIR is missing")?;
-    let plan = plan(make)?;
-    let progress = Progress::new();
-    let summary = dataset::generate(out_dir, &plan, make.shard, &|event| progress.on_event(event))?;
-    progress.finish(&summary);
-    let name = Manifest::file_name(make.shard);
-    if let Some(sheet) = &make.contact_sheet {
-        let manifest = Manifest::load(&out_dir.join(&name))?;
-        dataset::save_png(&dataset::contact_sheet(&manifest, 24, 6)?, sheet)?;
-    }
-    println!("{}", out_dir.join(name).display());
-    Ok(())
-}
-
-fn plan(make: &Make) -> Result<Plan> {
-    let preset = match make.preset {
-        PresetName::Paper => Preset::Paper,
-        PresetName::AnyRadius => Preset::AnyRadius,
-    };
-    let scenes = scenes(make, preset)?;
-    if scenes.is_empty() {
-        bail!("no scenes: give --scenes-dir, --scene, --environment or --procedural");
-    }
-    let mut recipe = Recipe::preset(preset);
-    recipe.seed = make.seed;
-    recipe.width = make.width.unwrap_or(recipe.width);
-    recipe.height = make.height.unwrap_or(recipe.height);
-    recipe.spp = make.spp.unwrap_or(recipe.spp);
-    recipe.eval_spp = make.eval_spp.or(make.spp).unwrap_or(recipe.eval_spp);
-    recipe.radius = make.scene_radius.map_or(recipe.radius, RadiusRule::SceneFraction);
-    recipe.frames = recipe.frames.kept(|split| scenes.iter().any(|s| s.split.allows(split)));
-    recipe.frames = make.frames.map_or(recipe.frames, |total| recipe.frames.scaled_to(total));
-    Ok(Plan::new(recipe, scenes)?)
-}
-
-fn scenes(make: &Make, preset: Preset) -> Result<Vec<SceneSpec>> {
-    let split = match make.split {
-        SplitName::Train => SceneSplit::Train,
-        SplitName::Val => SceneSplit::Val,
-        SplitName::Test => SceneSplit::Test,
-    };
-    let mut scenes = match &make.scenes_dir {
-        Some(dir) => dataset::catalog::scenes(dir, preset)?,
-        None => Vec::new(),
-    };
-    for (files, environment) in [(&make.scene, false), (&make.environment, true)] {
-        for file in files {
-            scenes.push(SceneSpec::from_file(file, split)?.with_environment(environment));
-        }
-    }
-    let mut procedural =
-        make.procedural.iter().map(|text| parse_procedural(text)).collect::<Result<Vec<_>>>()?;
-    let given = !(procedural.is_empty() && make.scene.is_empty() && make.environment.is_empty());
-    if preset == Preset::AnyRadius && !given {
-        procedural.extend(Kind::ALL.iter().map(|&kind| (kind, 0..4)));
-    }
-    for (kind, seeds) in procedural {
-        for seed in seeds {
-            scenes.push(SceneSpec::procedural(kind, seed, split));
-        }
-    }
-    Ok(scenes)
-}
-
-/// `KIND:3`, `KIND:0..8` or `KIND` for seed 0.
-fn parse_procedural(text: &str) -> Result<(Kind, Range<u64>)> {
-    let (kind, seeds) = text.split_once(':').unwrap_or((text, "0"));
-    let number = |s: &str| s.parse::<u64>().with_context(|| format!("seeds of --procedural {text}: {s:?}"));
-    let seeds = match seeds.split_once("..") {
-        Some((from, to)) => number(from)?..number(to)?,
-        None => number(seeds)?..number(seeds)?.saturating_add(1),
-    };
-    if seeds.is_empty() || seeds.end - seeds.start > 10_000 {
-        bail!("seeds of --procedural {text}: expected 1 to 10000 seeds, found {seeds:?}");
-    }
-    Ok((kind.parse()?, seeds))
-}
-
-fn parse_shard(text: &str) -> Result<Shard> {
-    let (index, count) = text.split_once('/').context("expected I/N")?;
-    Ok(Shard::new(index.parse()?, count.parse()?)?)
-}
-
-/// A bar over frames on a terminal; always the number of rays.
-struct Progress {
-    bar: ProgressBar,
-    rays: AtomicU64,
-    start: Instant,
-}
-
-impl Progress {
-    fn new() -> Self {
-        let style = "{msg:24} {wide_bar} {pos}/{len} frames, {prefix}, {eta} left";
-        let style = ProgressStyle::with_template(style).unwrap_or_else(|_| ProgressStyle::default_bar());
-        Self { bar: ProgressBar::new(0).with_style(style), rays: AtomicU64::new(0), start: Instant::now() }
-    }
-
-    fn on_event(&self, event: Event) {
-        match event {
-            Event::Resume { done, total } => {
-                self.bar.set_length(total as u64);
-                self.bar.set_position(done as u64);
-                self.bar.reset_eta();
-            }
-            Event::Scene(name) => self.bar.set_message(name.to_owned()),
-            Event::Rays(n) => {
-                let rays = self.rays.fetch_add(n, Ordering::Relaxed) + n;
-                self.bar.set_prefix(format!("{:.1} Mray/s", self.rate(rays)));
-            }
-            Event::Frame(_) => self.bar.inc(1),
-        }
-    }
-
-    /// Million rays per second since the start.
-    fn rate(&self, rays: u64) -> f64 {
-        rays as f64 / 1e6 / self.start.elapsed().as_secs_f64().max(1e-9)
-    }
-
-    fn finish(&self, summary: &dataset::Summary) {
-        self.bar.finish_and_clear();
-        let rays = self.rays.load(Ordering::Relaxed);
-        eprintln!(
-            "{} frames made, {} kept, {:.1} s, {:.1} Mray/s, {:.0} % of the views accepted",
-            summary.made,
-            summary.kept,
-            self.start.elapsed().as_secs_f64(),
-            self.rate(rays),
-            100.0 * summary.acceptance()
-        );
-        for (flaw, count) in &summary.flaws {
-            eprintln!("  {count} views dropped: {}", flaw.name());
+            let sheet = dataset::contact_sheet(&Manifest::load(&dataset)?, count, columns)?;
+            Ok(picture::save_png(&sheet, &output)?)
         }
     }
 }

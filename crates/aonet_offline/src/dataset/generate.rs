@@ -7,9 +7,9 @@ use super::random::Random;
 use super::sample::Stage;
 use crate::error::{Error, Result};
 use crate::frame::Frame;
+use crate::gbuffer;
 use crate::reference::{Sampling, reference_ao};
 use crate::trace::Tracer;
-use crate::{View, gbuffer};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::time::{Duration, Instant};
@@ -40,6 +40,8 @@ pub enum Event<'a> {
 pub struct Summary {
     /// Frames made.
     pub made: usize,
+    /// Those among them whose views were chosen, not given.
+    pub chosen: usize,
     /// Frames kept from an earlier run.
     pub kept: usize,
     /// How often each flaw made a proposed view be dropped.
@@ -50,7 +52,7 @@ impl Summary {
     /// Share of the proposed views that became frames; 1 when none were proposed.
     pub fn acceptance(&self) -> f32 {
         let dropped: usize = self.flaws.values().sum();
-        if self.made == 0 { 1.0 } else { self.made as f32 / (self.made + dropped) as f32 }
+        if self.chosen == 0 { 1.0 } else { self.chosen as f32 / (self.chosen + dropped) as f32 }
     }
 }
 
@@ -68,16 +70,58 @@ pub fn generate(
     shard: Option<Shard>,
     on_event: &(dyn Fn(Event) + Sync),
 ) -> Result<Summary> {
-    let mut manifest = resume(dir, plan, shard)?;
-    let jobs = plan.jobs(shard);
+    run(resume(dir, plan, shard)?, &BTreeMap::new(), on_event)
+}
+
+/// Makes a dataset again in `dir` from its manifest: the same views with the same rays, so the same bytes,
+/// even where a later program would choose other views. Frames that `original` lacks are chosen anew. The files of
+/// the scenes are found in `scenes_dir`.
+///
+/// # Errors
+/// As [`generate`]; also when a file is not the one that the manifest names.
+pub fn remake(
+    dir: &Path,
+    (original, scenes_dir): (&Manifest, &Path),
+    shard: Option<Shard>,
+    on_event: &(dyn Fn(Event) + Sync),
+) -> Result<Summary> {
+    let given = original.frames.iter().map(|f| (f.file.as_str(), f)).collect();
+    run(resume(dir, &original.plan.located(scenes_dir), shard)?, &given, on_event)
+}
+
+/// Frames whose views are known, by file.
+type Given<'a> = BTreeMap<&'a str, &'a FrameEntry>;
+
+fn run(mut manifest: Manifest, given: &Given, on_event: &(dyn Fn(Event) + Sync)) -> Result<Summary> {
+    let jobs = manifest.plan.jobs(manifest.shard);
     let done: BTreeSet<String> = manifest.frames.iter().map(|f| f.file.clone()).collect();
     let mut summary = Summary { kept: done.len(), ..Summary::default() };
     on_event(Event::Resume { done: done.len(), total: jobs.len() });
-    let missing: Vec<Job> = jobs.into_iter().filter(|&j| !done.contains(&plan.file(j))).collect();
-    for of_scene in missing.chunk_by(|a, b| a.scene == b.scene) {
-        let made = scene_frames(&mut manifest, of_scene, &mut summary, on_event);
+    let missing: Vec<Job> = jobs.into_iter().filter(|&j| !done.contains(&manifest.plan.file(j))).collect();
+    let mut saved = Instant::now();
+    for jobs in missing.chunk_by(|a, b| a.scene == b.scene) {
+        let spec = manifest.plan.scenes[jobs[0].scene].clone();
+        on_event(Event::Scene(&spec.name));
+        let (scene, content_triangles) = spec.load()?;
+        let tracer = Tracer::new(scene);
+        let stage = Stage::new(&spec, &tracer, content_triangles);
+        let folder = manifest.dir().join("frames").join(&spec.name);
+        std::fs::create_dir_all(&folder).map_err(Error::io(&folder))?;
+        for &job in jobs {
+            let entry = match given.get(manifest.plan.file(job).as_str()) {
+                Some(&entry) => entry.clone(),
+                None => choose(&manifest.plan, job, &stage, &mut summary)?,
+            };
+            trace(&tracer, &entry, on_event)?.save(&manifest.path(&entry))?;
+            summary.made += 1;
+            on_event(Event::Frame(&entry));
+            manifest.insert(entry);
+            if saved.elapsed() > SAVE_EVERY {
+                manifest.save()?;
+                saved = Instant::now();
+            }
+        }
         manifest.save()?;
-        made?;
     }
     manifest.save()?;
     Ok(summary)
@@ -98,61 +142,32 @@ fn resume(dir: &Path, plan: &Plan, shard: Option<Shard>) -> Result<Manifest> {
     Ok(manifest)
 }
 
-fn scene_frames(
-    manifest: &mut Manifest,
-    jobs: &[Job],
-    summary: &mut Summary,
-    on_event: &(dyn Fn(Event) + Sync),
-) -> Result<()> {
-    let spec = manifest.plan.scenes[jobs[0].scene].clone();
-    on_event(Event::Scene(&spec.name));
-    let (scene, content_triangles) = spec.load()?;
-    let tracer = Tracer::new(scene);
-    let stage = Stage::new(&spec, &tracer, content_triangles);
-    let folder = manifest.dir().join("frames").join(&spec.name);
-    std::fs::create_dir_all(&folder).map_err(Error::io(&folder))?;
-    let mut saved = Instant::now();
-    for &job in jobs {
-        let recipe = &manifest.plan.recipe;
-        let mut random = Random::of_frame(recipe.seed, &spec.name, job.index);
-        // 53 bits: JSON numbers are doubles to most readers.
-        let seed = random.next() >> 11;
-        let (view, flaws) = stage.view(recipe, &mut random)?;
-        let entry = FrameEntry {
-            file: manifest.plan.file(job),
-            scene: spec.name.clone(),
-            index: job.index,
-            split: job.split,
-            radius: view.radius,
-            spp: recipe.spp(job.split),
-            seed,
-            view,
-        };
-        let frame = trace(&tracer, &entry, on_event)?;
-        frame.save(&manifest.path(&entry))?;
-        flaws.into_iter().for_each(|f| *summary.flaws.entry(f).or_default() += 1);
-        summary.made += 1;
-        on_event(Event::Frame(&entry));
-        manifest.insert(entry);
-        if saved.elapsed() > SAVE_EVERY {
-            manifest.save()?;
-            saved = Instant::now();
-        }
-    }
-    Ok(())
+fn choose(plan: &Plan, job: Job, stage: &Stage, summary: &mut Summary) -> Result<FrameEntry> {
+    let (recipe, scene) = (&plan.recipe, &plan.scenes[job.scene].name);
+    let mut random = Random::of_frame(recipe.seed, scene, job.index);
+    // 53 bits: JSON numbers are doubles to most readers.
+    let seed = random.next() >> 11;
+    let (view, flaws) = stage.view(recipe, &mut random)?;
+    flaws.into_iter().for_each(|f| *summary.flaws.entry(f).or_default() += 1);
+    summary.chosen += 1;
+    Ok(FrameEntry {
+        file: plan.file(job),
+        scene: scene.clone(),
+        index: job.index,
+        split: job.split,
+        radius: view.radius,
+        spp: recipe.spp(job.split),
+        seed,
+        view,
+    })
 }
 
 fn trace(tracer: &Tracer, entry: &FrameEntry, on_event: &(dyn Fn(Event) + Sync)) -> Result<Frame> {
-    let view: &View = &entry.view;
+    let view = &entry.view;
     let surface = gbuffer::render(tracer, view)?;
     let sampling = Sampling { spp: entry.spp, seed: entry.seed };
     let rays = |n| on_event(Event::Rays(n));
     let ao = reference_ao(tracer, &surface, view.params()?, sampling, &rays)?;
-    Ok(Frame {
-        gbuffer: surface.gbuffer,
-        geo_normal: Some(surface.geo_normal),
-        ao: Some(ao),
-        radius: Some(entry.radius),
-        view: Some(view.clone()),
-    })
+    let (radius, view) = (Some(entry.radius), Some(view.clone()));
+    Ok(Frame { gbuffer: surface.gbuffer, geo_normal: None, ao: Some(ao), radius, view })
 }

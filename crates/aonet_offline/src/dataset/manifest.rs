@@ -156,8 +156,8 @@ impl Manifest {
 
     /// Adds a frame at its place in the order of the plan.
     pub(super) fn insert(&mut self, frame: FrameEntry) {
-        let place = |f: &FrameEntry| (f.scene.clone(), f.index);
-        let at = self.frames.partition_point(|f| place(f) < place(&frame));
+        let place = (&*frame.scene, frame.index);
+        let at = self.frames.partition_point(|f| (&*f.scene, f.index) < place);
         self.frames.insert(at, frame);
     }
 
@@ -188,30 +188,39 @@ impl Manifest {
             self.plan.scenes.iter().map(|s| (&*s.name, s.split)).collect();
         let mut seen = BTreeSet::new();
         for (i, frame) in self.frames.iter().enumerate() {
-            let wrong =
-                |expected: &str, found: String| Error::file(path, format!("frame {i}: {expected}"), found);
-            let parts: Vec<Component> = Path::new(&frame.file).components().collect();
-            let inside = !parts.is_empty() && parts.iter().all(|c| matches!(c, Component::Normal(_)));
-            if !inside || frame.file.contains(['\\', ':', '\0']) {
-                return Err(wrong("a file inside the manifest's folder", format!("{:?}", frame.file)));
-            }
-            if !seen.insert(&frame.file) {
-                return Err(wrong("a file of its own", format!("{} again", frame.file)));
-            }
-            let Some(scene_split) = scenes.get(&*frame.scene) else {
-                return Err(wrong("one of the manifest's scenes", format!("{:?}", frame.scene)));
+            let wrong = |(expected, found): (&str, String)| {
+                Error::file(path, format!("frame {i}: {expected}"), found)
             };
-            if !scene_split.allows(frame.split) {
-                let found = format!("{} of a scene kept for {}", frame.split.name(), scene_split.name());
-                return Err(wrong("a split that its scene is for", found));
+            let Some(&scene_split) = scenes.get(&*frame.scene) else {
+                return Err(wrong(("one of the manifest's scenes", format!("{:?}", frame.scene))));
+            };
+            frame.check(scene_split).map_err(wrong)?;
+            if !seen.insert(&frame.file) {
+                return Err(wrong(("a file of its own", format!("{} again", frame.file))));
             }
-            if frame.radius != frame.view.radius || frame.spp == 0 {
-                let found = format!("{} and {}, {} rays", frame.radius, frame.view.radius, frame.spp);
-                return Err(wrong("the view's radius and at least one ray per pixel", found));
-            }
-            frame.view.camera().map_err(|e| wrong("a valid camera", e.to_string()))?;
-            frame.view.params().map_err(|e| wrong("a valid radius", e.to_string()))?;
         }
+        Ok(())
+    }
+}
+
+impl FrameEntry {
+    /// What is expected, and what is found instead.
+    fn check(&self, scene_split: SceneSplit) -> std::result::Result<(), (&'static str, String)> {
+        let mut parts = Path::new(&self.file).components();
+        let inside = !self.file.is_empty() && parts.all(|c| matches!(c, Component::Normal(_)));
+        if !inside || self.file.contains(['\\', ':', '\0']) {
+            return Err(("a file inside the manifest's folder", format!("{:?}", self.file)));
+        }
+        if !scene_split.allows(self.split) {
+            let found = format!("{} of a scene kept for {}", self.split.name(), scene_split.name());
+            return Err(("a split that its scene is for", found));
+        }
+        if self.radius != self.view.radius || self.spp == 0 {
+            let found = format!("{} and {}, {} rays", self.radius, self.view.radius, self.spp);
+            return Err(("the view's radius and at least one ray per pixel", found));
+        }
+        self.view.camera().map_err(|e| ("a valid camera", e.to_string()))?;
+        self.view.params().map_err(|e| ("a valid radius", e.to_string()))?;
         Ok(())
     }
 }

@@ -16,14 +16,14 @@ mod sample;
 mod scenes;
 mod sheet;
 
-pub use generate::{Event, Summary, generate};
+pub use generate::{Event, Summary, generate, remake};
 pub use judge::Flaw;
 pub use manifest::{FORMAT, FrameEntry, Manifest, Split};
 pub use merge::merge;
 pub use plan::{Counts, Job, Plan, Preset, RadiusRule, Recipe, SceneSplit, Shard};
 pub use propose::propose_view;
 pub use scenes::{Candidate, SceneSpec};
-pub use sheet::{contact_sheet, save_png};
+pub use sheet::contact_sheet;
 
 #[cfg(test)]
 mod fixtures;

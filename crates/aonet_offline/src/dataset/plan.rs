@@ -6,6 +6,7 @@ use crate::error::{Error, Result};
 use aonet::camera::check_size;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
+use std::path::Path;
 
 /// Which set of starting values a dataset was made from.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -299,7 +300,13 @@ impl Plan {
     /// The length of [`Plan::jobs`].
     pub fn job_count(&self, shard: Option<Shard>) -> usize {
         let Shard { index, count } = shard.unwrap_or(Shard { index: 1, count: 1 });
-        (self.recipe.frames.total() + count).saturating_sub(index) / count
+        self.recipe.frames.total().saturating_sub(index - 1).div_ceil(count)
+    }
+
+    /// The same plan with the files of its scenes in `dir`.
+    pub(super) fn located(&self, dir: &Path) -> Self {
+        let scenes = self.scenes.iter().map(|s| s.clone().located(dir)).collect();
+        Self { recipe: self.recipe.clone(), scenes }
     }
 
     /// The file of a frame, relative to the manifest.

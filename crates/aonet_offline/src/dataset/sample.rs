@@ -14,6 +14,9 @@ use glam::{Quat, Vec3};
 /// Proposals for one frame before the scene counts as hopeless.
 const MAX_TRIES: usize = 1000;
 
+/// Proposals that tell whether a scene's winding is to be trusted.
+const WINDING_PROBES: usize = 64;
+
 /// Pixels of the small image that a proposal is judged by: 96x54 of a wide one.
 const PROBE_PIXELS: f32 = 5184.0;
 
@@ -30,9 +33,6 @@ pub(super) struct Stage<'a> {
     /// Whether the winding tells insides from outsides.
     wound: bool,
 }
-
-/// Proposals that tell whether a scene's winding is to be trusted.
-const WINDING_PROBES: usize = 64;
 
 /// How a view is arrived at.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -237,7 +237,8 @@ impl<'a> Stage<'a> {
     /// A point of the scene: half of the draws favour large triangles, half the places with many.
     fn surface_point(&self, random: &mut Random) -> Vec3 {
         let total = self.area[self.area.len() - 1];
-        let by_area = self.area.partition_point(|&a| a < random.unit() * total);
+        let area = random.unit() * total;
+        let by_area = self.area.partition_point(|&a| a < area);
         let by_count = random.below(self.area.len());
         let triangle = if random.unit() < 0.5 { by_area.min(self.area.len() - 1) } else { by_count };
         let scene = self.tracer.scene();

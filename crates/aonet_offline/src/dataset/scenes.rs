@@ -55,7 +55,7 @@ impl SceneSpec {
         let name = text(path.file_stem()).replace(|c| !is_name_char(c), "_");
         let mut scene = Self::new(name, text(path.file_name()).parse()?, split);
         scene.sha256 = Some(sha256(path)?);
-        scene.dir = path.parent().unwrap_or(Path::new("")).to_owned();
+        scene = scene.located(path.parent().unwrap_or(Path::new("")));
         scene.check()?;
         Ok(scene.with_environment(false))
     }
@@ -83,6 +83,11 @@ impl SceneSpec {
     /// The same scene as something to stand inside, or as an object on the ground.
     pub fn with_environment(self, environment: bool) -> Self {
         Self { environment, ground: !environment, ..self }
+    }
+
+    /// The same scene with its file in `dir`.
+    pub(super) fn located(self, dir: &Path) -> Self {
+        Self { dir: dir.to_owned(), ..self }
     }
 
     pub(super) fn check(&self) -> Result<()> {

@@ -14,15 +14,16 @@ fn recipe(seed: u64) -> Recipe {
     Recipe { seed, frames, width: 48, height: 32, spp: 4, eval_spp: 8, ..Recipe::preset(Preset::AnyRadius) }
 }
 
-/// Four small scenes on disk, one folder for all tests.
+/// Scenes on disk, one folder for all tests.
+static DIR: LazyLock<tempfile::TempDir> = LazyLock::new(|| {
+    let dir = tempfile::tempdir().unwrap();
+    for (name, scene) in [("hall", room()), ("cabin", room()), ("tower", stack()), ("attic", room())] {
+        write_glb(dir.path(), name, &scene);
+    }
+    dir
+});
+
 fn plan(seed: u64) -> Plan {
-    static DIR: LazyLock<tempfile::TempDir> = LazyLock::new(|| {
-        let dir = tempfile::tempdir().unwrap();
-        for (name, scene) in [("hall", room()), ("cabin", room()), ("tower", stack()), ("attic", room())] {
-            write_glb(dir.path(), name, &scene);
-        }
-        dir
-    });
     let scene = |name: &str, split, environment| {
         let file = DIR.path().join(name).with_extension("glb");
         SceneSpec::from_file(&file, split).unwrap().with_environment(environment)
@@ -150,6 +151,26 @@ fn frames_depend_on_their_scene_and_not_on_others() {
     for name in ["frames/hall/000000.exr", "frames/hall/000001.exr"] {
         assert!(all[name] == few[name], "{name}");
     }
+}
+
+#[test]
+fn a_manifest_is_enough_to_make_its_frames_again() {
+    let (first, second) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    make(first.path(), &plan(1), None);
+    let mut original = Manifest::load(first.path()).unwrap();
+    // A view that no sampler would choose.
+    original.frames[3].view.fov_y_deg = 34.0;
+    original.save().unwrap();
+    let original = Manifest::load(first.path()).unwrap();
+    let summary = remake(second.path(), (&original, DIR.path()), None, &|_| ()).unwrap();
+    assert_eq!((summary.made, summary.chosen), (11, 0));
+    let (a, b) = (contents(first.path()), contents(second.path()));
+    let differing: Vec<&String> = a.keys().filter(|name| a[*name] != b[*name]).collect();
+    assert_eq!(differing, [&original.frames[3].file]);
+    let frame = Frame::load(&second.path().join(differing[0]), &FrameHints::default()).unwrap();
+    assert_eq!(frame.view.unwrap().fov_y_deg, 34.0);
+    let elsewhere = remake(&second.path().join("x"), (&original, second.path()), None, &|_| ());
+    assert!(elsewhere.unwrap_err().to_string().contains(".glb"));
 }
 
 #[test]

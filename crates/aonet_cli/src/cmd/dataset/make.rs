@@ -1,0 +1,114 @@
+//! From what was typed to a plan, and from the plan to frames.
+
+use super::progress::Progress;
+use super::{COLUMNS, FRAMES, Make, PresetName, SplitName};
+use crate::output;
+use anyhow::{Context, Result, bail};
+use aonet_offline::dataset::{
+    self, Manifest, Plan, Preset, RadiusRule, Recipe, SceneSpec, SceneSplit, Shard,
+};
+use aonet_offline::picture;
+use aonet_offline::scene::procedural::Kind;
+use serde_json::{Map, json};
+use std::ops::Range;
+use std::path::Path;
+
+/// Makes the dataset.
+pub(super) fn run(make: &Make) -> Result<()> {
+    let out_dir = make.out_dir.as_ref().context("OUT_DIR is missing")?;
+    let progress = Progress::new();
+    let on_event = |event: Event| progress.on_event(event);
+    let summary = match &make.from {
+        None => dataset::generate(out_dir, &plan(make)?, make.shard, &on_event)?,
+        Some(manifest) => {
+            let scenes_dir = make.scenes_dir.as_deref().unwrap_or(Path::new(""));
+            dataset::remake(out_dir, (&Manifest::load(manifest)?, scenes_dir), make.shard, &on_event)?
+        }
+    };
+    progress.finish(&summary);
+    let name = Manifest::file_name(make.shard);
+    if let Some(sheet) = &make.contact_sheet {
+        let manifest = Manifest::load(&out_dir.join(&name))?;
+        picture::save_png(&dataset::contact_sheet(&manifest, FRAMES, COLUMNS)?, sheet)?;
+    }
+    let manifest = out_dir.join(name);
+    if make.json {
+        let (seconds, rays) = progress.cost();
+        let dropped: Map<_, _> = summary.flaws.iter().map(|(f, n)| (f.name().to_owned(), json!(n))).collect();
+        return output::json(&json!({
+            "manifest": manifest, "made": summary.made, "kept": summary.kept, "rays": rays, "seconds": seconds,
+            "views_accepted": summary.acceptance(), "views_dropped": dropped,
+        }));
+    }
+    output::text(&format!("{}\n", manifest.display()))
+}
+
+fn plan(make: &Make) -> Result<Plan> {
+    let preset = match make.preset {
+        PresetName::Paper => Preset::Paper,
+        PresetName::AnyRadius => Preset::AnyRadius,
+    };
+    let scenes = scenes(make, preset)?;
+    if scenes.is_empty() {
+        bail!("no scenes: give --scenes-dir, --scene, --environment or --procedural");
+    }
+    let mut recipe = Recipe::preset(preset);
+    recipe.seed = make.seed;
+    recipe.width = make.width.unwrap_or(recipe.width);
+    recipe.height = make.height.unwrap_or(recipe.height);
+    recipe.spp = make.spp.unwrap_or(recipe.spp);
+    recipe.eval_spp = make.eval_spp.or(make.spp).unwrap_or(recipe.eval_spp);
+    recipe.radius = make.scene_radius.map_or(recipe.radius, RadiusRule::SceneFraction);
+    recipe.frames = recipe.frames.kept(|split| scenes.iter().any(|s| s.split.allows(split)));
+    recipe.frames = make.frames.map_or(recipe.frames, |total| recipe.frames.scaled_to(total));
+    Ok(Plan::new(recipe, scenes)?)
+}
+
+fn scenes(make: &Make, preset: Preset) -> Result<Vec<SceneSpec>> {
+    let split = match make.split {
+        SplitName::Train => SceneSplit::Train,
+        SplitName::Val => SceneSplit::Val,
+        SplitName::Test => SceneSplit::Test,
+    };
+    let mut scenes = match &make.scenes_dir {
+        Some(dir) => dataset::catalog::scenes(dir, preset)?,
+        None => Vec::new(),
+    };
+    for (files, environment) in [(&make.scene, false), (&make.environment, true)] {
+        for file in files {
+            scenes.push(SceneSpec::from_file(file, split)?.with_environment(environment));
+        }
+    }
+    let mut procedural =
+        make.procedural.iter().map(|text| parse_procedural(text)).collect::<Result<Vec<_>>>()?;
+    let given = !(procedural.is_empty() && make.scene.is_empty() && make.environment.is_empty());
+    if preset == Preset::AnyRadius && !given {
+        procedural.extend(Kind::ALL.iter().map(|&kind| (kind, 0..4)));
+    }
+    for (kind, seeds) in procedural {
+        for seed in seeds {
+            scenes.push(SceneSpec::procedural(kind, seed, split));
+        }
+    }
+    Ok(scenes)
+}
+
+/// `KIND:3`, `KIND:0..8` or `KIND` for seed 0.
+fn parse_procedural(text: &str) -> Result<(Kind, Range<u64>)> {
+    let (kind, seeds) = text.split_once(':').unwrap_or((text, "0"));
+    let number = |s: &str| s.parse::<u64>().with_context(|| format!("seeds of --procedural {text}: {s:?}"));
+    let seeds = match seeds.split_once("..") {
+        Some((from, to)) => number(from)?..number(to)?,
+        None => number(seeds)?..number(seeds)?.saturating_add(1),
+    };
+    if seeds.is_empty() || seeds.end - seeds.start > 10_000 {
+        bail!("seeds of --procedural {text}: expected 1 to 10000 seeds, found {seeds:?}");
+    }
+    Ok((kind.parse()?, seeds))
+}
+
+/// `I/N`.
+pub(super) fn parse_shard(text: &str) -> Result<Shard> {
+    let (index, count) = text.split_once('/').context("expected I/N")?;
+    Ok(Shard::new(index.parse()?, count.parse()?)?)
+}
