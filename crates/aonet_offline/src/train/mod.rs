@@ -97,8 +97,14 @@ pub fn train(
         ..run.facts.clone()
     };
     let workers = workers_of(run.device);
-    let stepper =
-        Stepper { graph: &graph, loss: &loss, device: &device, workers: &workers, side: config.crop };
+    let stepper = Stepper {
+        graph: &graph,
+        loss: &loss,
+        device: &device,
+        workers: &workers,
+        side: config.crop,
+        leak: step::LEAK,
+    };
 
     let checkpoint = run.dir.join("checkpoint.safetensors");
     let mut state =

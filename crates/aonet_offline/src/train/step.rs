@@ -10,7 +10,7 @@ use rayon::prelude::*;
 use std::collections::BTreeMap;
 
 /// Slope of the loss's image beyond [0, 1]. guess: small beside 1, large beside rounding.
-const LEAK: f64 = 0.05;
+pub(crate) const LEAK: f64 = 0.05;
 
 /// Mean loss of a batch and its terms.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -31,6 +31,8 @@ pub(crate) struct Stepper<'a> {
     pub(crate) workers: &'a [rayon::ThreadPool],
     /// Side of the crops [px].
     pub(crate) side: usize,
+    /// Slope beyond [0, 1]: [`LEAK`], or 1 for a loss without kinks.
+    pub(crate) leak: f64,
 }
 
 impl Stepper<'_> {
@@ -58,7 +60,7 @@ impl Stepper<'_> {
     fn of_crops(&self, weights: &Weights, crops: &[Crop]) -> (Losses, Gradients) {
         let params = net::upload(weights, self.device);
         let visibility = net::forward(self.graph, &params, self.stack(crops, |c| &c.features));
-        let visibility = leaky_clamp(visibility);
+        let visibility = leaky_clamp(visibility, self.leak);
         let foreground = self.stack(crops, |c| &c.foreground);
         let target = self.stack(crops, |c| &c.target) * foreground.clone();
         // The background is out of the loss: both images are zero there.
@@ -112,9 +114,9 @@ fn mean(results: Vec<(Losses, Gradients)>) -> (Losses, Gradients) {
 
 /// What inference clamps away must not count as an error: most of a frame is fully open, and there a network that may
 /// overshoot 1 gives a flat image where one that must hit 1 gives noise. A little slope is left to come back by.
-fn leaky_clamp(visibility: Tensor<4>) -> Tensor<4> {
+fn leaky_clamp(visibility: Tensor<4>, leak: f64) -> Tensor<4> {
     let inside = visibility.clone().clamp(0.0, 1.0);
-    inside.clone() + (visibility - inside) * LEAK
+    inside.clone() + (visibility - inside) * leak
 }
 
 /// `threads` pools of one thread each.

@@ -93,7 +93,14 @@ fn gradients(model: &Model, crops: &[Crop], workers: usize) -> (f64, Gradients) 
     let config = LossConfig { dssim: 1.0, perceptual: 0.0, vgg_layers: vec![], l1: 0.0 };
     let loss = Loss::new(&config, 32, None, &device);
     let workers = single_threaded_pools(workers);
-    let stepper = Stepper { graph: model.graph(), loss: &loss, device: &device, workers: &workers, side: 32 };
+    let stepper = Stepper {
+        graph: model.graph(),
+        loss: &loss,
+        device: &device,
+        workers: &workers,
+        side: 32,
+        leak: 1.0,
+    };
     let (losses, gradients) = stepper.gradients(model.weights(), crops);
     (losses.total, gradients)
 }
