@@ -1,7 +1,9 @@
 //! Occlusion rays a second and core, beside Embree in the same run.
 //!
-//! `EMBREE_DIR` names a folder with `libembree4*` and the `libtbb*` it needs (the Python wheel `embreex` bundles
-//! them); without it only our own rates are measured. `AONET_DATA` adds a scene of that folder.
+//!     EMBREE_DIR=folder AONET_DATA=folder cargo bench -p aonet_offline --bench embree
+//!
+//! `EMBREE_DIR` has `libembree4*` and the `libtbb*` it needs (the Python wheel `embreex` bundles them); without it
+//! only our own rates are measured. `AONET_DATA` adds scenes of that folder.
 #![allow(unsafe_code, reason = "calls a C library")]
 
 mod embree {
@@ -141,9 +143,6 @@ fn measure(scene: Scene, view: &View, lengths: [f32; 2]) {
                 1,
                 ("rtcOccluded16", Box::new(|r| embree.occluded16(&r.origin, &r.direction, r.length))),
             );
-        }
-        if let Ok(only) = std::env::var("ONLY") {
-            contenders.retain(|c| c.0.contains(&only));
         }
         report(&contenders, &rays);
     }

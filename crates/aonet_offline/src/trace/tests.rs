@@ -132,17 +132,22 @@ fn useless_triangles_are_never_hit_and_do_no_harm() {
 }
 
 #[test]
-fn many_equal_triangles_stay_within_the_stack() {
+fn equal_and_nested_triangles_stay_within_the_stack() {
     let [a, b, c] = [Vec3::ZERO, Vec3::X, Vec3::Z];
-    let tracer = Tracer::new(soup((0..20_000).map(|_| [a, b, c])));
+    let tracer = Tracer::new(soup((0..100_000).map(|_| [a, b, c])));
     let hit = tracer.closest(Vec3A::new(0.2, 1.0, 0.2), -Vec3A::Y, 2.0).unwrap();
     assert_eq!(hit.t, 1.0);
     assert!(!tracer.occluded(Vec3A::new(0.8, 1.0, 0.8), -Vec3A::Y, 2.0));
+    let nested = soup((0..100_000).map(|i| {
+        let s = 1.0 + i as f32 * 1e-5;
+        [Vec3::new(-s, -s, -s), Vec3::new(s, -s, s), Vec3::new(-s, s, s)]
+    }));
+    assert!(Tracer::new(nested).occluded(Vec3A::new(-0.9, -0.9, -5.0), Vec3A::Z, 9.0));
 }
 
 #[test]
-fn deep_trees_are_rebuilt_within_the_stack() {
-    // Each triangle is twice as far away and as large as the one before it.
+fn triangles_of_all_sizes_stay_within_the_stack() {
+    // Each one is a little farther away and larger than the one before it, over 240 powers of two.
     let chain = soup((0..20_000).map(|i| {
         let s = 2f32.powf(-120.0 + 240.0 * (i as f32) / 20_000.0);
         [Vec3::new(s, 0.0, 0.0), Vec3::new(s, 0.1 * s, 0.0), Vec3::new(s, 0.0, 0.1 * s)]
