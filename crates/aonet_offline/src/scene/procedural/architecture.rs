@@ -270,3 +270,17 @@ fn shaft(height: f32, radius: f32, rng: &mut Rng) -> Mesh {
     };
     grid((rows, segments), at).shade(if style == 2 { 20.0 } else { 50.0 })
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn openings_are_cut_out_of_walls() {
+        let holes = [(vec2(-1.5, 0.0), vec2(-0.5, 2.0)), (vec2(0.5, 1.0), vec2(1.0, 2.0))];
+        let mesh = wall(vec3(4.0, 3.0, 0.5), &holes);
+        let six: f32 =
+            mesh.triangle.iter().map(|t| mesh.area_vector(*t).dot(mesh.position[t[0] as usize])).sum();
+        assert!((six / 6.0 - (12.0 - 2.0 - 0.5) * 0.5).abs() < 1e-4, "{}", six / 6.0);
+    }
+}

@@ -38,8 +38,7 @@ pub(super) fn cave(rng: &mut Rng) -> Mesh {
         -carve(air, ground, 0.5)
     };
     let mut mesh =
-        isosurface((vec3(-half.x, -1.2, -half.z), vec3(half.x, 2.0 * half.y, half.z)), 0.125, field)
-            .shade(55.0);
+        isosurface((vec3(-half.x, -1.2, -half.z), vec3(half.x, 2.0 * half.y, half.z)), 0.125, 55.0, field);
     // Rock all around: without it, a ray from inside the rock would meet the sky.
     let hull = cuboid(vec3(2.0 * half.x, 2.0 * half.y + 1.6, 2.0 * half.z) + 0.5);
     mesh.add(&hull, Pose::at(0.0, -1.6, 0.0));
@@ -135,7 +134,7 @@ pub(super) fn arch(rng: &mut Rng) -> Mesh {
         let shelf = strata * turn(p.y * layers + 2.0 * noise.at(p * 0.3)).x;
         blend(ground, stone + rough * crags(noise, p * 0.7) + shelf, 0.5)
     };
-    let mut mesh = isosurface((vec3(-half.x, -1.0, -half.z), half), 0.1, field).shade(55.0);
+    let mut mesh = isosurface((vec3(-half.x, -1.0, -half.z), half), 0.1, 55.0, field);
     let open = |x: f32, z: f32| {
         (0..40)
             .map(|k| 6.0 - 0.15 * k as f32)

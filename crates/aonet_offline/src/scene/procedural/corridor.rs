@@ -67,7 +67,7 @@ fn greebles(size: Vec2, rng: &mut Rng) -> Mesh {
 fn split(mesh: &mut Mesh, (lo, hi): (Vec2, Vec2), depth: usize, rng: &mut Rng) {
     let size = hi - lo;
     let small = size.max_element() < 0.24 || depth == 0;
-    if small || (depth < 4 && rng.chance(0.25)) {
+    if small || (depth < 4 && rng.chance(0.32)) {
         return cell(mesh, (lo, size), rng);
     }
     let cut = rng.range(0.3, 0.7);

@@ -130,7 +130,8 @@ pub(super) fn sofa(width: f32, rng: &mut Rng) -> Mesh {
         mesh.add(&lean, at);
     }
     for _ in 0..rng.below(4) {
-        let loose = cushion(vec3(0.42, 0.42, 0.14), rng).at(Pose::at(0.0, -0.21, 0.0));
+        let loose =
+            cushion(vec3(0.42, 0.14, 0.42), rng).at(Pose::IDENTITY.pitch(FRAC_PI_2).shift(0.0, -0.07, 0.0));
         let x = rng.spread(0.5 * inner - 0.2);
         let pose = Pose::at(x, seat + 0.24, rng.range(-0.02, 0.06)).yaw(rng.spread(0.4)).pitch(-0.45);
         mesh.add(&loose, pose.roll(rng.spread(0.5)));

@@ -9,7 +9,8 @@ use std::f32::consts::{FRAC_PI_2, PI, TAU};
 /// A plate with the counter-clockwise `outline` (star-shaped about the origin) and a round hole of
 /// radius `bore`, `depth` thick along z about z = 0.
 pub(super) fn bored(outline: &[Vec2], bore: f32, depth: f32) -> Mesh {
-    let (n, fine) = (outline.len(), 4);
+    let n = outline.len();
+    let fine = (32 / n).max(1);
     let outer: Vec<Vec2> = (0..n * fine)
         .map(|k| outline[k / fine].lerp(outline[(k / fine + 1) % n], (k % fine) as f32 / fine as f32))
         .collect();

@@ -169,7 +169,6 @@ impl Mesh {
     }
 
     /// The mesh after a smooth map of space; normals follow the map's derivative.
-    #[allow(dead_code, reason = "next kinds use it")]
     pub(super) fn warp(&self, map: impl Fn(Vec3) -> Vec3) -> Mesh {
         let step = 1e-3;
         let bend = |(p, n): (&Vec3, &Vec3)| {
@@ -202,5 +201,46 @@ impl Mesh {
         let triangle = self.triangle.iter().copied().filter(kept).collect();
         self.triangle = triangle;
         Scene { name, position: self.position, normal: self.normal, triangle: self.triangle }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::procedural::shapes::cuboid;
+    use glam::vec3;
+
+    #[test]
+    fn a_crease_angle_splits_the_edges_above_it() {
+        let cube = cuboid(Vec3::ONE);
+        assert_eq!((cube.position.len(), cube.triangle.len()), (24, 12));
+        assert_eq!(cube.shade(91.0).position.len(), 8);
+        assert!(
+            cube.shade(91.0)
+                .normal
+                .iter()
+                .all(|n| (n.abs().min_element() - n.abs().max_element()).abs() < 0.5)
+        );
+    }
+
+    #[test]
+    fn poses_apply_the_last_method_first() {
+        let p = Pose::at(1.0, 0.0, 0.0).yaw(std::f32::consts::FRAC_PI_2).scale(2.0).apply(Vec3::Z);
+        assert!(p.distance(vec3(3.0, 0.0, 0.0)) < 1e-5, "{p}");
+        let nested =
+            (Pose::at(1.0, 2.0, 3.0).roll(0.3) * Pose::at(0.5, 0.0, 0.0).pitch(0.7)).apply(Vec3::ONE);
+        let step = Pose::at(0.5, 0.0, 0.0).pitch(0.7).apply(Vec3::ONE);
+        assert!(nested.distance(Pose::at(1.0, 2.0, 3.0).roll(0.3).apply(step)) < 1e-5);
+    }
+
+    #[test]
+    fn a_mirror_keeps_the_front_outside() {
+        let volume = |mesh: &Mesh| -> f32 {
+            mesh.triangle.iter().map(|t| mesh.area_vector(*t).dot(mesh.position[t[0] as usize]) / 6.0).sum()
+        };
+        let mirrored = cuboid(vec3(1.0, 2.0, 3.0)).at(Pose::at(5.0, 0.0, 0.0).stretch(-2.0, 1.0, 1.0));
+        assert!((volume(&mirrored) - 12.0).abs() < 1e-4, "{}", volume(&mirrored));
+        let outward = |t: &[u32; 3]| mirrored.area_vector(*t).dot(mirrored.normal[t[0] as usize]) > 0.0;
+        assert!(mirrored.triangle.iter().all(outward));
     }
 }

@@ -121,7 +121,7 @@ pub(super) fn grass(height: f32, blades: usize, rng: &mut Rng) -> Mesh {
     for _ in 0..blades {
         let (tall, lean) = (height * rng.range(0.4, 1.0), rng.range(0.1, 1.3));
         let width = 0.025 * height;
-        let blade = grid((4, 1), |u, v| {
+        let blade = grid((3, 1), |u, v| {
             let bend = turn(u * lean);
             let side = (0.5 - v) * width * (1.0 - u);
             vec3(side, tall * bend.y / lean, tall * (1.0 - bend.x) / lean)

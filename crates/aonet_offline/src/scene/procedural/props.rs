@@ -2,7 +2,7 @@
 
 use super::mesh::{Mesh, Pose, turn};
 use super::rng::Rng;
-use super::shapes::{ball, block, curve, cylinder, extrude, lathe, tube};
+use super::shapes::{ball, block, cuboid, curve, cylinder, extrude, lathe, tube};
 use glam::{Vec2, Vec3, vec2, vec3};
 use std::f32::consts::{FRAC_PI_2, PI, TAU};
 
@@ -22,7 +22,7 @@ pub(super) fn book(size: Vec3) -> Mesh {
     let cover = extrude(&outline, size.y, 0.0);
     let mut mesh = cover.at(Pose::at(0.0, 0.5 * size.y, -0.5 * size.z).pitch(FRAC_PI_2));
     let lip = (0.02 * size.y).min(0.004);
-    let pages = block(vec3(2.0 * inner, size.y - 2.0 * lip, size.z - lip - 0.6 * h), 0.0005);
+    let pages = cuboid(vec3(2.0 * inner, size.y - 2.0 * lip, size.z - lip - 0.6 * h));
     mesh.add(&pages, Pose::at(0.0, lip, -0.2 * h));
     mesh
 }

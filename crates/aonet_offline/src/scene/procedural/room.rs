@@ -17,6 +17,8 @@ struct Room {
     height: f32,
     /// Footprints on the floor: lower and upper corner.
     taken: Vec<(Vec2, Vec2)>,
+    /// Openings with the wall that they are in.
+    openings: Vec<(usize, Opening)>,
 }
 
 impl Room {
@@ -71,8 +73,14 @@ impl Room {
 
 /// The room.
 pub(super) fn room(rng: &mut Rng) -> Mesh {
-    let half = vec2(rng.range(1.8, 3.4), rng.range(1.8, 3.2));
-    let mut room = Room { mesh: Mesh::default(), half, height: rng.range(2.4, 3.4), taken: Vec::new() };
+    let half = vec2(rng.range(1.8, 3.0), rng.range(1.7, 2.8));
+    let mut room = Room {
+        mesh: Mesh::default(),
+        half,
+        height: rng.range(2.4, 3.4),
+        taken: Vec::new(),
+        openings: Vec::new(),
+    };
     room.mesh.add(&floor(half, &mut rng.fork()), Pose::IDENTITY);
     walls(&mut room, &mut rng.fork());
     ceiling(&mut room, &mut rng.fork());
@@ -112,6 +120,7 @@ fn walls(room: &mut Room, rng: &mut Rng) {
             panels(room, pose.shift(0.0, 0.0, 0.5 * thick), (long, &holes), &mut rng.clone());
         }
         for (lo, hi) in holes {
+            room.openings.push((side, (lo, hi)));
             let at = pose.shift(0.5 * (lo.x + hi.x), lo.y, 0.0);
             if lo.y == 0.0 {
                 room.mesh.add(&door(hi - lo, rng), at);
@@ -310,7 +319,7 @@ fn small_thing(rng: &mut Rng) -> (Mesh, f32) {
 
 /// Plants, lamps, cupboards, pictures and what lies about, where there is place left.
 fn fill(room: &mut Room, rng: &mut Rng) {
-    for _ in 0..rng.count(5, 11) {
+    for _ in 0..rng.count(7, 14) {
         let kind = rng.below(6);
         let part = match kind {
             0 => potted_plant(rng.range(0.6, 1.5), rng),
@@ -328,8 +337,14 @@ fn fill(room: &mut Room, rng: &mut Rng) {
         let long = room.wall_length(side);
         for _ in 0..rng.count(1, 4) {
             let size = vec2(rng.range(0.2, 0.7), rng.range(0.25, 0.6));
-            let pose =
-                room.along_wall(side, rng.spread(0.5 * long - 0.6)).shift(0.0, rng.range(1.25, 1.7), 0.001);
+            let spot = vec2(rng.spread(0.5 * long - 0.6), rng.range(1.25, 1.7));
+            let clear = |(at, (lo, hi)): &(usize, Opening)| {
+                *at != side || spot.x + 0.6 < lo.x || spot.x - 0.6 > hi.x || spot.y - 0.3 > hi.y
+            };
+            if !room.openings.iter().all(clear) {
+                continue;
+            }
+            let pose = room.along_wall(side, spot.x).shift(0.0, spot.y, 0.001);
             let (lo, hi) = (pose.apply(vec3(-0.55, -0.1, -0.1)), pose.apply(vec3(0.55, 0.6, 0.3)));
             let (lo, hi) = (lo.min(hi), lo.max(hi));
             if room.mesh.position.iter().any(|p| p.cmpge(lo).all() && p.cmple(hi).all()) {

@@ -181,7 +181,7 @@ fn figure(cells: usize, rng: &mut Rng) -> Mesh {
         let cone = vec2(p.x, p.z).length() - (0.3 - 0.14 * p.y) - wave;
         blend(whole, cone.max(p.y - 1.15).max(-p.y), 0.06)
     };
-    isosurface((vec3(-0.85, -0.06, -0.85), vec3(0.85, 2.3, 0.85)), 2.0 / cells as f32, field)
+    isosurface((vec3(-0.85, -0.06, -0.85), vec3(0.85, 2.3, 0.85)), 2.0 / cells as f32, 60.0, field)
 }
 
 /// Smooth masses with holes through them.
@@ -204,7 +204,7 @@ fn pierced(cells: usize, rng: &mut Rng) -> Mesh {
         let cut = holes.iter().fold(mass, |d, (a, b, r)| carve(d, capsule(p, (*a, *b), (*r, *r)), 0.12));
         cut.max(0.06 - p.y)
     };
-    isosurface((vec3(-1.1, -0.06, -1.0), vec3(1.1, 2.8, 1.0)), 2.4 / cells as f32, field)
+    isosurface((vec3(-1.1, -0.06, -1.0), vec3(1.1, 2.8, 1.0)), 2.4 / cells as f32, 60.0, field)
 }
 
 /// A twisted, tapered column of any cross-section.
@@ -254,7 +254,7 @@ fn minimal_surface(cells: usize, rng: &mut Rng) -> Mesh {
         let hull = if round { c.length() - 0.95 } else { cube(c, Vec3::splat(0.8)) };
         sheet.max(hull)
     };
-    isosurface((vec3(-1.0, 0.0, -1.0), vec3(1.0, 2.0, 1.0)), 2.0 / cells as f32, field)
+    isosurface((vec3(-1.0, 0.0, -1.0), vec3(1.0, 2.0, 1.0)), 2.0 / cells as f32, 60.0, field)
 }
 
 /// Flat stones balanced on each other.
@@ -301,5 +301,5 @@ fn bust(cells: usize, rng: &mut Rng) -> Mesh {
         let folds = 0.02 * turn((p.x * 0.8 + p.y) * 22.0 + 3.0 * noise.at(p * 2.0)).x * f32::from(p.y < 0.55);
         blend(head, body + folds, 0.05).max(0.04 - p.y)
     };
-    isosurface((vec3(-0.9, 0.0, -0.7), vec3(0.9, 2.0, 0.75)), 2.0 / cells as f32, field)
+    isosurface((vec3(-0.9, 0.0, -0.7), vec3(0.9, 2.0, 0.75)), 2.0 / cells as f32, 60.0, field)
 }

@@ -115,3 +115,30 @@ fn samples(mesh: &Mesh, spacing: f32, mut visit: impl FnMut(Vec3)) {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::procedural::shapes::block;
+
+    #[test]
+    fn flat_things_lie_flat_and_on_each_other() {
+        let tile = block(vec3(0.3, 0.04, 0.2), 0.002);
+        for seed in 0..8 {
+            let mut rng = Rng::new(seed);
+            let mut ground = Ground::new(1.0, 0.1, |_, _| 0.0);
+            let first = tile.at(ground.drop(&tile, Vec2::ZERO, &mut rng).unwrap());
+            let (lo, hi) = first.extent();
+            assert!(lo.y.abs() < 1e-3 && hi.y < 0.12, "seed {seed}: {lo} {hi}");
+            let before = ground.height.iter().copied().fold(0.0, f32::max);
+            assert!((before - hi.y).abs() < 0.01, "seed {seed}: covered to {before}, top {}", hi.y);
+        }
+    }
+
+    #[test]
+    fn what_falls_off_the_ground_is_told() {
+        let mut ground = Ground::new(0.05, 0.1, |_, _| 0.0);
+        let log = block(vec3(3.0, 0.1, 0.1), 0.0);
+        assert!(ground.drop(&log, Vec2::ZERO, &mut Rng::new(1)).is_none());
+    }
+}

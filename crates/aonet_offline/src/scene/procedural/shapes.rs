@@ -315,3 +315,61 @@ pub(super) fn triangulate(polygon: &[Vec2]) -> Vec<[usize; 3]> {
     out.push([left[0], left[1], left[2]]);
     out
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Volume by the divergence theorem, after a check that normals and winding agree.
+    fn volume(mesh: &Mesh) -> f32 {
+        let six = mesh.triangle.iter().map(|t| {
+            let normal: Vec3 = t.iter().map(|&i| mesh.normal[i as usize]).sum();
+            let face = mesh.area_vector(*t);
+            assert!(face.dot(normal) >= 0.0 && face.length() > 0.0, "{t:?}: {face} {normal}");
+            face.dot(mesh.position[t[0] as usize])
+        });
+        six.sum::<f32>() / 6.0
+    }
+
+    #[track_caller]
+    fn assert_volume(mesh: &Mesh, expected: f32, tolerance: f32) {
+        let found = volume(mesh);
+        assert!((found / expected - 1.0).abs() < tolerance, "{found}, expected {expected}");
+    }
+
+    #[test]
+    fn closed_shapes_have_their_volume_and_face_outwards() {
+        assert_volume(&cuboid(vec3(1.0, 2.0, 3.0)), 6.0, 1e-5);
+        assert_volume(&block(vec3(1.0, 2.0, 3.0), 1e-3), 6.0, 1e-4);
+        assert_volume(&cylinder((1.0, 1.0), 2.0, 128), 2.0 * PI, 0.03);
+        assert_volume(&ball(1.0, 128), 4.0 / 3.0 * PI, 0.01);
+        assert_volume(&torus((1.0, 0.3), (128, 64)), 2.0 * PI * PI * 0.09, 0.01);
+        assert_volume(&superellipsoid(vec3(1.0, 2.0, 3.0), (1.0, 1.0), 128), 8.0 * PI, 0.01);
+        let path = [Vec3::ZERO, vec3(0.0, 0.0, 4.0)];
+        assert_volume(&tube(&path, &[0.5; 2], 64), PI, 0.01);
+    }
+
+    #[test]
+    fn outlines_of_either_turn_are_extruded_and_ringed() {
+        let ell =
+            [(0.0, 0.0), (2.0, 0.0), (2.0, 1.0), (1.0, 1.0), (1.0, 3.0), (0.0, 3.0)].map(|(x, y)| vec2(x, y));
+        let mut backwards = ell;
+        backwards.reverse();
+        for outline in [ell, backwards] {
+            assert_volume(&extrude(&outline, 0.5, 0.0), 2.0, 1e-4);
+            assert_volume(&extrude(&outline, 0.5, 1e-3), 2.0, 5e-3);
+        }
+        let square = [vec2(-1.0, -1.0), vec2(1.0, -1.0), vec2(1.0, 1.0), vec2(-1.0, 1.0)];
+        assert_volume(&ring(&square, &inset(&square, 0.5), (1.0, 0.001)), 3.0, 0.01);
+    }
+
+    #[test]
+    fn mouldings_turn_corners() {
+        let section = [vec2(0.0, 0.0), vec2(0.1, 0.0), vec2(0.1, 0.2), vec2(0.0, 0.2)];
+        let around = [vec3(-1.0, 0.0, 1.0), vec3(1.0, 0.0, 1.0), vec3(1.0, 0.0, -1.0), vec3(-1.0, 0.0, -1.0)];
+        let outer = volume(&moulding(&around, &section, true)) / 0.2;
+        let (bigger, smaller) = (2.2f32 * 2.2 - 4.0, 4.0 - 1.8f32 * 1.8);
+        assert!((outer - bigger).abs() < 1e-3 || (outer - smaller).abs() < 1e-3, "{outer}");
+        assert_volume(&moulding(&around[..2], &section, false), 0.04, 1e-3);
+    }
+}

@@ -38,10 +38,15 @@ const BLOCK: usize = 4;
 /// Largest slope of a field that [`isosurface`] takes. guess: distances have 1, noise on them adds
 const STEEPEST: f32 = 2.0;
 
-/// The surface field = 0 inside the box `lo`..`hi`, sampled with cubes of about `cell`; normals are the
-/// field's gradient. The surface is open where the solid leaves the box.
+/// The surface field = 0 inside the box `lo`..`hi`, sampled with cubes of about `cell` and shaded smooth
+/// below `crease` [degrees]. It is open where the solid leaves the box.
 // Naive surface nets: Gibson 1998.
-pub(super) fn isosurface((lo, hi): (Vec3, Vec3), cell: f32, field: impl Fn(Vec3) -> f32) -> Mesh {
+pub(super) fn isosurface(
+    (lo, hi): (Vec3, Vec3),
+    cell: f32,
+    crease: f32,
+    field: impl Fn(Vec3) -> f32,
+) -> Mesh {
     let n = ((hi - lo) / cell).ceil().max(Vec3::ONE);
     let step = (hi - lo) / n;
     let [nx, ny, nz] = n.to_array().map(|c| c as usize + 1);
@@ -61,16 +66,13 @@ pub(super) fn isosurface((lo, hi): (Vec3, Vec3), cell: f32, field: impl Fn(Vec3)
     }
     let mut mesh = Mesh::default();
     let mut vertex = vec![u32::MAX; value.len()];
-    let gradient_step = 0.4 * step.min_element();
     for (k, j, i) in cells([nz - 1, ny - 1, nx - 1]) {
         let Some(offset) = crossing(|c| value[index(i + (c & 1), j + (c >> 1 & 1), k + (c >> 2))]) else {
             continue;
         };
-        let p = corner(i, j, k) + offset * step;
-        let slope = |d: Vec3| field(p + d * gradient_step) - field(p - d * gradient_step);
         vertex[index(i, j, k)] = mesh.position.len() as u32;
-        mesh.position.push(p);
-        mesh.normal.push(vec3(slope(Vec3::X), slope(Vec3::Y), slope(Vec3::Z)).normalize_or(Vec3::Y));
+        mesh.position.push(corner(i, j, k) + offset * step);
+        mesh.normal.push(Vec3::Y);
     }
     let stride = [1, nx, nx * ny];
     for (k, j, i) in cells([nz - 1, ny - 1, nx - 1]) {
@@ -86,7 +88,7 @@ pub(super) fn isosurface((lo, hi): (Vec3, Vec3), cell: f32, field: impl Fn(Vec3)
             mesh.triangle.extend(if inside { [[a, b, c], [a, c, d]] } else { [[a, c, b], [a, d, c]] });
         }
     }
-    mesh
+    mesh.shade(crease)
 }
 
 /// All (outer, middle, inner) indices below `n`.
@@ -116,7 +118,7 @@ mod tests {
 
     #[test]
     fn a_ball_has_its_radius_volume_and_outward_faces() {
-        let ball = isosurface((Vec3::splat(-1.3), Vec3::splat(1.3)), 0.08, |p| p.length() - 1.0);
+        let ball = isosurface((Vec3::splat(-1.3), Vec3::splat(1.3)), 0.08, 180.0, |p| p.length() - 1.0);
         assert!(ball.position.iter().all(|p| (p.length() - 1.0).abs() < 0.01));
         let volume: f32 =
             ball.triangle.iter().map(|t| ball.area_vector(*t).dot(ball.position[t[0] as usize]) / 6.0).sum();

@@ -237,7 +237,7 @@ fn parked(mesh: &mut Mesh, (long, road): (f32, f32), rng: &mut Rng) {
 
 fn furniture(mesh: &mut Mesh, (long, road, walk): (f32, f32, f32), rng: &mut Rng) {
     let (lamp, bin, bench) = (street_lamp(rng), litter_bin(rng), bench(rng));
-    let trees: Vec<Mesh> = (0..2).map(|_| tree(rng.range(5.0, 7.0), 1500, rng)).collect();
+    let trees: Vec<Mesh> = (0..2).map(|_| tree(rng.range(5.0, 7.0), 900, rng)).collect();
     let wooded = rng.chance(0.7);
     let bollard = lathe(
         &[

@@ -265,7 +265,7 @@ fn bread_board(rng: &mut Rng) -> Mesh {
         let wedge = slab.max(p.z.abs() * 0.92 - 0.38 * p.x);
         holes.iter().fold(wedge, |d, (c, r)| carve(d, (p - *c).length() - r, 0.002))
     };
-    let cheese = isosurface((vec3(-0.005, -0.003, -0.046), vec3(0.096, 0.055, 0.046)), 0.0026, field);
+    let cheese = isosurface((vec3(-0.005, -0.003, -0.046), vec3(0.096, 0.055, 0.046)), 0.0026, 40.0, field);
     mesh.add(&cheese, Pose::at(0.04, 0.018, 0.05).yaw(rng.spread(0.6)));
     mesh.add(&cutlery(0), Pose::at(-0.1, 0.02, 0.07).yaw(-1.4).pitch(-FRAC_PI_2));
     mesh

@@ -32,7 +32,7 @@ impl Land {
 pub(super) fn terrain(rng: &mut Rng) -> Mesh {
     let half = rng.range(10.0, 18.0);
     let land = Land { noise: Noise::new(rng), relief: rng.range(0.4, 2.6), ridge: rng.range(0.0, 1.0) };
-    let mut mesh = surface((150, 150), |u, v| {
+    let mut mesh = surface((140, 140), |u, v| {
         let p = vec2(v - 0.5, u - 0.5) * 2.0 * half;
         vec3(p.x, land.height(p), p.y)
     });
@@ -47,7 +47,7 @@ fn trees(mesh: &mut Mesh, (land, half): (&Land, f32), rng: &mut Rng) {
     let kinds: Vec<Mesh> = (0..3)
         .map(|_| match rng.chance(0.35) {
             true => conifer(rng.range(4.0, 9.0), rng),
-            false => tree(rng.range(3.5, 8.0), 1000, rng),
+            false => tree(rng.range(3.5, 8.0), 800, rng),
         })
         .collect();
     for _ in 0..rng.count(5, 11) {
@@ -55,7 +55,7 @@ fn trees(mesh: &mut Mesh, (land, half): (&Land, f32), rng: &mut Rng) {
         let pose = Pose::at(p.x, land.height(p) - 0.08, p.y).yaw(rng.angle()).scale(rng.range(0.6, 1.2));
         mesh.add(rng.pick(&kinds), pose);
     }
-    let bush = tree(1.6, 450, rng);
+    let bush = tree(1.6, 350, rng);
     for _ in 0..rng.count(3, 14) {
         let p = rng.in_rect(Vec2::splat(0.92 * half));
         let pose = Pose::at(p.x, land.height(p) - 0.45, p.y).yaw(rng.angle());

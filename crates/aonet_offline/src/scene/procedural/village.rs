@@ -56,7 +56,7 @@ pub(super) fn village(rng: &mut Rng) -> Mesh {
 /// Trees, carts, fences and grass between the houses; `put` places a thing if it finds the place free.
 fn outdoors(put: &mut impl FnMut(&Mesh, Vec2, f32) -> bool, half: f32, rng: &mut Rng) {
     let trees: Vec<Mesh> = (0..3)
-        .map(|k| if k == 0 { conifer(6.0, rng) } else { tree(rng.range(4.0, 6.5), 1100, rng) })
+        .map(|k| if k == 0 { conifer(6.0, rng) } else { tree(rng.range(4.0, 6.5), 800, rng) })
         .collect();
     let small = [barrels(rng), cart(rng), super::street::bench(rng), woodpile(rng), haystack(rng)];
     for k in 0..150 {
@@ -157,7 +157,7 @@ fn roof(mesh: &mut Mesh, size: Vec3, rise: f32, rng: &mut Rng) {
     let rows = (along / row).ceil() as usize;
     let columns = ((size.x + 0.7) / wide).ceil() as usize;
     let thatch = rng.chance(0.25);
-    let tile = block(vec3(wide - 0.01, 0.025, row + 0.08), 0.006);
+    let tile = cuboid(vec3(wide - 0.01, 0.025, row + 0.08));
     for side in [0.0, PI] {
         let ridge = Pose::at(0.0, size.y + rise + 0.1, 0.0).yaw(side).pitch(slope);
         let board = block(vec3(size.x + 0.6, 0.06, along), 0.01);
