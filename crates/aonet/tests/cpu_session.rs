@@ -2,25 +2,182 @@
 
 mod common;
 
-use aonet::AoImage;
 use aonet::net::cpu::{Level, Session};
-use aonet::net::{ModelConfig, naive};
-use common::{assert_close, frame, model, params};
+use aonet::net::{Features, KernelWeights, Model, ModelConfig, naive};
+use aonet::{AoImage, GBuffer};
+use common::{assert_close, camera, frame, model, params, small, spread};
 
-/// Measured: 3e-7 at most, from the order of summation.
+/// Largest difference between a session and the oracle. Measured over all tests here: 5e-7, from the order of
+/// summation; outputs lie in [0, 1].
 const TOLERANCE: f32 = 2e-6;
 
+const KERNELS: [KernelWeights; 3] = [KernelWeights::Off, KernelWeights::Linear, KernelWeights::Softmax];
+
+fn run(model: &Model, gbuffer: &GBuffer, (threads, level): (usize, Level)) -> AoImage {
+    let size = (gbuffer.width(), gbuffer.height());
+    let mut session = Session::with_level(model, size, threads, level).unwrap();
+    let mut image = AoImage::open(size.0, size.1).unwrap();
+    session.run(gbuffer, params(), &mut image).unwrap();
+    image
+}
+
+/// Compares every level with the oracle.
+fn check(config: ModelConfig, size: (usize, usize)) {
+    let what = format!("{config:?} at {size:?}");
+    let model = model(config, 1);
+    let gbuffer = frame(size, 2);
+    let expected = naive::run(&model, &gbuffer, params()).unwrap();
+    if size.0 * size.1 >= 64 {
+        assert!(spread(&expected, &gbuffer) > 0.05, "nothing to see: {what}");
+    }
+    for level in Level::available() {
+        assert_close(
+            &run(&model, &gbuffer, (2, level)),
+            &expected,
+            (TOLERANCE, &format!("{level:?} {what}")),
+        );
+    }
+}
+
 #[test]
-fn the_papers_network_at_every_level() {
-    let model = model(ModelConfig::paper(), 1);
-    for size in [(100, 70), (64, 32)] {
-        let gbuffer = frame(size, 2);
-        let expected = naive::run(&model, &gbuffer, params()).unwrap();
-        for level in Level::available() {
-            let mut session = Session::with_level(&model, size, 2, level).unwrap();
-            let mut image = AoImage::open(size.0, size.1).unwrap();
-            session.run(&gbuffer, params(), &mut image).unwrap();
-            assert_close(&image, &expected, (TOLERANCE, &format!("{size:?} {level:?}")));
+fn every_row_of_tables_3_and_4() {
+    let all = [
+        Features::Normal,
+        Features::NormalDepth,
+        Features::NormalDepthNormalized,
+        Features::NormalProjectedRadius,
+    ];
+    for features in all {
+        check(ModelConfig { features, ..ModelConfig::paper() }, (70, 33));
+    }
+    for patch in [1, 4] {
+        for kernel in KERNELS {
+            check(ModelConfig { patch, kernel, ..ModelConfig::paper() }, (45, 20));
         }
     }
+}
+
+#[test]
+fn every_patch_and_kernel() {
+    for patch in [1, 2, 4, 8] {
+        for kernel in KERNELS {
+            check(small(Features::NormalProjectedRadius, patch, kernel), (75, 21));
+        }
+    }
+}
+
+#[test]
+fn any_depth_and_any_width() {
+    for (encoder, decoder) in [
+        (vec![7], vec![]),
+        (vec![1, 1], vec![1]),
+        (vec![16, 33, 20], vec![50, 31]),
+        (vec![3, 4, 5, 6, 7], vec![8, 9, 10, 11]),
+    ] {
+        check(ModelConfig { encoder, decoder, ..ModelConfig::paper() }, (40, 40));
+    }
+}
+
+#[test]
+fn any_size() {
+    for size in [(1, 1), (2, 1), (1, 2), (3, 5), (8, 8), (31, 33), (33, 31), (129, 7), (5, 200), (4001, 17)] {
+        check(small(Features::NormalProjectedRadius, 4, KernelWeights::Linear), size);
+    }
+    for size in [(1, 1), (65, 3)] {
+        check(small(Features::Normal, 1, KernelWeights::Linear), size);
+        check(small(Features::Normal, 8, KernelWeights::Off), size);
+    }
+}
+
+#[test]
+fn the_number_of_threads_does_not_matter() {
+    let model = model(ModelConfig::any_radius(), 5);
+    let gbuffer = frame((700, 500), 6);
+    for level in Level::available() {
+        let one = run(&model, &gbuffer, (1, level));
+        for threads in [2, 3, 64] {
+            assert_eq!(run(&model, &gbuffer, (threads, level)), one, "{level:?}, {threads} threads");
+        }
+    }
+}
+
+#[test]
+fn a_shifted_frame_gives_a_shifted_image() {
+    let (small_size, (dx, dy)) = ((300, 220), (24, 16));
+    let model = model(small(Features::Normal, 4, KernelWeights::Linear), 7);
+    let large = frame((small_size.0 + dx, small_size.1 + dy), 8);
+    let crop = |x0: usize, y0: usize| {
+        let index = |i: usize| (i / small_size.0 + y0) * large.width() + i % small_size.0 + x0;
+        let pixels = 0..small_size.0 * small_size.1;
+        let depth = pixels.clone().map(|i| large.depth()[index(i)]).collect();
+        let normal = pixels.map(|i| large.normal()[index(i)]).collect();
+        GBuffer::new(camera(small_size.0, small_size.1), depth, normal).unwrap()
+    };
+    let [a, b] = [(0, 0), (dx, dy)].map(|(x, y)| run(&model, &crop(x, y), (2, Level::best())));
+    // Two convolutions at stride 8, two up and two down at stride 4, pooling, upsampling and the kernel's
+    // window reach less than 64 pixels.
+    let border = 64;
+    let mut seen = 0;
+    for y in border..small_size.1 - border - dy {
+        for x in border..small_size.0 - border - dx {
+            let at = |image: &AoImage, x: usize, y: usize| image.visibility()[y * small_size.0 + x];
+            assert_eq!(at(&a, x + dx, y + dy), at(&b, x, y), "({x}, {y})");
+            seen += 1;
+        }
+    }
+    assert!(seen > 10_000);
+}
+
+#[test]
+fn a_session_keeps_nothing_of_the_last_frame() {
+    let model = model(ModelConfig::paper(), 9);
+    let frames = [frame((90, 50), 10), frame((90, 50), 11)];
+    let mut session = Session::new(&model, 90, 50, 2).unwrap();
+    let mut image = AoImage::open(90, 50).unwrap();
+    for gbuffer in [&frames[0], &frames[1], &frames[0]] {
+        session.run(gbuffer, params(), &mut image).unwrap();
+        assert_eq!(image, run(&model, gbuffer, (1, Level::best())));
+    }
+}
+
+#[test]
+fn background_is_open_and_the_rest_is_clamped() {
+    let config = small(Features::Normal, 4, KernelWeights::Off);
+    let mut tensors = model(config.clone(), 12).weights().tensors().clone();
+    tensors.get_mut("head.weight").unwrap().values.iter_mut().for_each(|v| *v *= 1e4);
+    let graph = aonet::net::Graph::new(&config).unwrap();
+    let weights = aonet::net::Weights::new(&graph, tensors).unwrap();
+    let model = Model::new(config, weights, Default::default()).unwrap();
+    let gbuffer = frame((60, 40), 13);
+    for level in Level::available() {
+        let image = run(&model, &gbuffer, (1, level));
+        let v = image.visibility();
+        assert!(v.iter().all(|v| (0.0..=1.0).contains(v)));
+        assert!((0..v.len()).all(|i| gbuffer.is_foreground(i) || v[i] == 1.0));
+        let foreground = |value| (0..v.len()).any(|i| gbuffer.is_foreground(i) && v[i] == value);
+        assert!(foreground(0.0) && foreground(1.0), "the test reaches both ends");
+    }
+}
+
+#[test]
+fn wrong_sizes_and_no_threads_are_errors() {
+    let model = model(small(Features::Normal, 4, KernelWeights::Linear), 14);
+    let mut session = Session::new(&model, 20, 10, 1).unwrap();
+    let (good, bad) = (frame((20, 10), 1), frame((10, 20), 1));
+    let mut image = AoImage::open(20, 10).unwrap();
+    let error = session.run(&bad, params(), &mut image).unwrap_err().to_string();
+    assert!(error.contains("20x10") && error.contains("10x20"), "{error}");
+    let mut wrong = AoImage::open(10, 10).unwrap();
+    assert!(session.run(&good, params(), &mut wrong).is_err());
+    assert!(Session::new(&model, 20, 10, 0).is_err());
+    assert!(Session::new(&model, 0, 10, 1).is_err());
+}
+
+#[test]
+#[should_panic(expected = "tolerance")]
+fn a_difference_is_noticed() {
+    let image = AoImage::new(3, 1, vec![0.1, 0.5, 0.9]).unwrap();
+    let mut other = image.clone();
+    other.visibility_mut()[2] += 2.0 * TOLERANCE;
+    assert_close(&image, &other, (TOLERANCE, "perturbed"));
 }

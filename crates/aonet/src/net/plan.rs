@@ -323,10 +323,10 @@ fn place(buffers: &mut [Buffer]) -> Option<usize> {
             .map(|b| b.range())
             .collect();
         taken.sort_by_key(|range| range.start);
-        let len = buffer.len();
+        let len = buffer.height.checked_mul(buffer.row_len())?;
         let mut offset = 0usize;
         for range in taken {
-            if offset + len <= range.start {
+            if offset.checked_add(len)? <= range.start {
                 break;
             }
             offset = offset.max(range.end.next_multiple_of(CHANNEL_BLOCK));

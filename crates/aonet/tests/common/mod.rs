@@ -43,18 +43,25 @@ pub(crate) fn camera(width: usize, height: usize) -> Camera {
     Camera::look_at(view, Projection::Perspective { fov_y }, (width, height), 0.0).unwrap()
 }
 
-/// A model with random weights and biases. Outputs lie around 0.5, so that clamping hides little.
+/// A model with random weights and biases, whose outputs lie around the middle of [0, 1].
 pub(crate) fn model(config: ModelConfig, seed: u64) -> Model {
     let graph = Graph::new(&config).unwrap();
     let mut tensors = Weights::init(&graph, seed).tensors().clone();
     let mut random = Random::new(seed);
+    // Sixteen kernel weights of 0.1 times normals that face the viewer, over three, make 0.5.
+    let (head_scale, head_bias) = match config.kernel {
+        KernelWeights::Off => (0.2, 0.5),
+        KernelWeights::Linear => (0.05, 0.1),
+        KernelWeights::Softmax => (1.0, 0.0),
+    };
     for (name, tensor) in &mut tensors {
-        if name.ends_with("bias") {
-            tensor.values.iter_mut().for_each(|v| *v = 0.2 * random.unit() - 0.1);
-        }
-        if name.starts_with("head") {
-            let centre = if name.ends_with("bias") { 0.05 } else { 0.0 };
-            tensor.values.iter_mut().for_each(|v| *v = 0.05 * *v + centre);
+        match name.as_str() {
+            "head.weight" => tensor.values.iter_mut().for_each(|v| *v *= head_scale),
+            "head.bias" => tensor.values.iter_mut().for_each(|v| *v = head_bias + 0.02 * random.unit()),
+            name if name.ends_with("bias") => {
+                tensor.values.iter_mut().for_each(|v| *v = 0.2 * random.unit() - 0.1);
+            }
+            _ => {}
         }
     }
     let weights = Weights::new(&graph, tensors).unwrap();
@@ -76,7 +83,14 @@ pub(crate) fn max_error(a: &AoImage, b: &AoImage) -> f32 {
     a.visibility().iter().zip(b.visibility()).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max)
 }
 
-/// Panics if two images differ by more than `tolerance` somewhere, or if there is nothing to see in them.
+/// How far the foreground of an image spreads, largest minus smallest value.
+pub(crate) fn spread(image: &AoImage, gbuffer: &GBuffer) -> f32 {
+    let foreground = image.visibility().iter().enumerate().filter(|(i, _)| gbuffer.is_foreground(*i));
+    let (low, high) = foreground.fold((1f32, 0f32), |(low, high), (_, v)| (low.min(*v), high.max(*v)));
+    high - low
+}
+
+/// Panics if two images differ by more than `tolerance` somewhere.
 pub(crate) fn assert_close(a: &AoImage, b: &AoImage, (tolerance, what): (f32, &str)) {
     let error = max_error(a, b);
     assert!(error <= tolerance, "{what}: error {error:e}, tolerance {tolerance:e}");

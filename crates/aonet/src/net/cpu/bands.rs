@@ -14,6 +14,7 @@ const BANDS_PER_THREAD: usize = 4;
 pub(super) struct Workers {
     pool: Pool,
     scratch: Vec<Mutex<Aligned>>,
+    scratch_len: usize,
 }
 
 /// Consecutive rows of an image.
@@ -35,13 +36,12 @@ impl Workers {
         let pool = Pool::new(threads)?;
         let scratch =
             (0..threads).map(|_| Aligned::zeros(scratch_len).map(Mutex::new)).collect::<Result<_>>()?;
-        Ok(Self { pool, scratch })
+        Ok(Self { pool, scratch, scratch_len })
     }
 
     /// Bytes of scratch memory.
-    pub(super) fn scratch_bytes(&mut self) -> usize {
-        let len = |s: &mut Mutex<Aligned>| s.get_mut().unwrap_or_else(PoisonError::into_inner).len();
-        self.scratch.iter_mut().map(len).sum::<usize>() * size_of::<f32>()
+    pub(super) fn scratch_bytes(&self) -> usize {
+        self.scratch.len() * self.scratch_len * size_of::<f32>()
     }
 
     /// Calls `work` for every band of `image`, whose rows have `row_len` values.

@@ -106,7 +106,7 @@ impl Conv {
             match group.vectors {
                 1 => tiles::<S, 1>(simd, &tile, now),
                 2 => tiles::<S, 2>(simd, &tile, now),
-                3 => tiles::<S, 3>(simd, &tile, now),
+                3 if const { S::ACCUMULATORS >= 24 } => tiles::<S, 3>(simd, &tile, now),
                 n => unreachable!("a group of {n} vectors"),
             }
             rest = later;

@@ -36,25 +36,24 @@ impl Tile<'_> {
     #[inline(always)]
     pub(super) fn run<S: Simd, const N: usize>(&self, simd: S, out: &mut [f32], (x, pixels): (usize, usize)) {
         match pixels {
-            1 => self.pixels::<S, N, 1>(simd, out, x),
-            2 => self.pixels::<S, N, 2>(simd, out, x),
-            3 => self.pixels::<S, N, 3>(simd, out, x),
-            4 => self.pixels::<S, N, 4>(simd, out, x),
-            5 => self.pixels::<S, N, 5>(simd, out, x),
-            6 => self.pixels::<S, N, 6>(simd, out, x),
-            7 => self.pixels::<S, N, 7>(simd, out, x),
-            8 => self.pixels::<S, N, 8>(simd, out, x),
-            9 => self.pixels::<S, N, 9>(simd, out, x),
-            10 => self.pixels::<S, N, 10>(simd, out, x),
-            11 => self.pixels::<S, N, 11>(simd, out, x),
-            12 => self.pixels::<S, N, 12>(simd, out, x),
+            1 if const { 1 * N <= S::ACCUMULATORS } => self.pixels::<S, N, 1>(simd, out, x),
+            2 if const { 2 * N <= S::ACCUMULATORS } => self.pixels::<S, N, 2>(simd, out, x),
+            3 if const { 3 * N <= S::ACCUMULATORS } => self.pixels::<S, N, 3>(simd, out, x),
+            4 if const { 4 * N <= S::ACCUMULATORS } => self.pixels::<S, N, 4>(simd, out, x),
+            5 if const { 5 * N <= S::ACCUMULATORS } => self.pixels::<S, N, 5>(simd, out, x),
+            6 if const { 6 * N <= S::ACCUMULATORS } => self.pixels::<S, N, 6>(simd, out, x),
+            7 if const { 7 * N <= S::ACCUMULATORS } => self.pixels::<S, N, 7>(simd, out, x),
+            8 if const { 8 * N <= S::ACCUMULATORS } => self.pixels::<S, N, 8>(simd, out, x),
+            9 if const { 9 * N <= S::ACCUMULATORS } => self.pixels::<S, N, 9>(simd, out, x),
+            10 if const { 10 * N <= S::ACCUMULATORS } => self.pixels::<S, N, 10>(simd, out, x),
+            11 if const { 11 * N <= S::ACCUMULATORS } => self.pixels::<S, N, 11>(simd, out, x),
+            12 if const { 12 * N <= S::ACCUMULATORS } => self.pixels::<S, N, 12>(simd, out, x),
             _ => unreachable!("a tile of {pixels} pixels"),
         }
     }
 
     #[inline(always)]
     fn pixels<S: Simd, const N: usize, const P: usize>(&self, simd: S, out: &mut [f32], x: usize) {
-        assert!(N * P <= S::ACCUMULATORS, "a tile that fits in registers");
         let mut sums = [[simd.splat(0.0); P]; N];
         for (n, sums) in sums.iter_mut().enumerate() {
             *sums = [simd.load(&self.bias[n * S::LANES..]); P];

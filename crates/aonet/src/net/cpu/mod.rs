@@ -20,6 +20,8 @@ mod resample;
 mod ring;
 mod session;
 mod simd;
+#[cfg(test)]
+mod tests;
 #[cfg(target_arch = "x86_64")]
 mod x86;
 

@@ -91,7 +91,7 @@ impl Session {
     }
 
     /// Bytes of activations and scratch memory; parameters and thread stacks not included.
-    pub fn memory_bytes(&mut self) -> usize {
+    pub fn memory_bytes(&self) -> usize {
         self.arena.len() * size_of::<f32>() + self.workers.scratch_bytes()
     }
 }

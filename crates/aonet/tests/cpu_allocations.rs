@@ -1,0 +1,61 @@
+//! A session allocates nothing once it exists: neither on the calling thread nor on its own.
+#![allow(unsafe_code, reason = "a global allocator that counts")]
+
+mod common;
+
+use aonet::AoImage;
+use aonet::net::cpu::Session;
+use aonet::net::{Features, KernelWeights};
+use common::{frame, model, params, small};
+use std::alloc::{GlobalAlloc, Layout, System};
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+struct Counting;
+
+static ALLOCATIONS: AtomicUsize = AtomicUsize::new(0);
+
+// SAFETY: every call goes to the system's allocator.
+unsafe impl GlobalAlloc for Counting {
+    unsafe fn alloc(&self, layout: Layout) -> *mut u8 {
+        ALLOCATIONS.fetch_add(1, Ordering::Relaxed);
+        // SAFETY: the caller's promises are passed on.
+        unsafe { System.alloc(layout) }
+    }
+
+    unsafe fn dealloc(&self, block: *mut u8, layout: Layout) {
+        // SAFETY: the caller's promises are passed on.
+        unsafe { System.dealloc(block, layout) }
+    }
+}
+
+#[global_allocator]
+static COUNTING: Counting = Counting;
+
+/// How many allocations `work` makes, on all threads.
+fn allocations(work: impl FnOnce()) -> usize {
+    let before = ALLOCATIONS.load(Ordering::Relaxed);
+    work();
+    ALLOCATIONS.load(Ordering::Relaxed) - before
+}
+
+#[test]
+fn running_allocates_nothing() {
+    assert!(allocations(|| drop(std::hint::black_box(vec![1u8; 10]))) > 0, "the counter counts");
+    for kernel in [KernelWeights::Off, KernelWeights::Linear, KernelWeights::Softmax] {
+        for patch in [1, 4] {
+            let model = model(small(Features::NormalDepthNormalized, patch, kernel), 3);
+            let gbuffer = frame((50, 30), 4);
+            let mut image = AoImage::open(50, 30).unwrap();
+            for threads in [1, 3] {
+                let mut session = Session::new(&model, 50, 30, threads).unwrap();
+                // Far more runs than a queue of jobs that grows block by block would hide.
+                let count = allocations(|| {
+                    for _ in 0..200 {
+                        session.run(&gbuffer, params(), &mut image).unwrap();
+                    }
+                });
+                assert_eq!(count, 0, "{kernel:?}, patches of {patch}, {threads} threads");
+            }
+        }
+    }
+}

@@ -1,0 +1,143 @@
+//! Plans of many graphs at many sizes.
+
+use aonet::net::graph::TAPS;
+use aonet::net::plan::{Buffer, Layout, Plan, Resample, Step};
+use aonet::net::{Features, Graph, KernelWeights, ModelConfig};
+use proptest::prelude::*;
+
+fn plan(config: &ModelConfig, width: usize, height: usize) -> Plan {
+    Plan::new(&Graph::new(config).unwrap(), width, height).unwrap()
+}
+
+/// What a step reads.
+fn reads(step: &Step) -> Vec<usize> {
+    match step {
+        Step::Features { .. } => vec![],
+        Step::Conv { sources, .. } => sources.iter().map(|s| s.buffer).collect(),
+        Step::Head { input, guide, .. } => vec![*input, *guide],
+    }
+}
+
+/// What a step writes into the arena.
+fn writes(step: &Step) -> Option<usize> {
+    match step {
+        Step::Features { output, .. } | Step::Conv { output, .. } => Some(*output),
+        Step::Head { .. } => None,
+    }
+}
+
+/// Plays a plan on an arena that remembers which buffer wrote each value, and says which read found another's.
+fn first_overwritten_read(plan: &Plan) -> Option<(usize, usize)> {
+    let mut owner = vec![usize::MAX; plan.arena_len];
+    for (i, step) in plan.steps.iter().enumerate() {
+        if let Some(output) = writes(step) {
+            owner[plan.buffers[output].range()].fill(output);
+        }
+        let spoilt = |id: &usize| owner[plan.buffers[*id].range()].iter().any(|o| o != id);
+        if let Some(id) = reads(step).into_iter().find(spoilt) {
+            return Some((i, id));
+        }
+    }
+    None
+}
+
+fn any_config() -> impl Strategy<Value = ModelConfig> {
+    let kernel =
+        prop_oneof![Just(KernelWeights::Off), Just(KernelWeights::Linear), Just(KernelWeights::Softmax)];
+    let features = prop_oneof![Just(Features::Normal), Just(Features::NormalDepth)];
+    let patch = prop_oneof![Just(1), Just(2), Just(4), Just(8)];
+    (1usize..=4, patch, kernel, features).prop_flat_map(|(levels, patch, kernel, features)| {
+        let widths = prop::collection::vec(1usize..=40, 2 * levels - 1);
+        widths.prop_map(move |mut encoder| {
+            let decoder = encoder.split_off(levels);
+            ModelConfig { patch, kernel, features, encoder, decoder, ..ModelConfig::paper() }
+        })
+    })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 64, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn the_arena_never_overlaps_what_is_still_read(config in any_config(), width in 1usize..90, height in 1usize..60) {
+        let plan = plan(&config, width, height);
+        prop_assert_eq!(first_overwritten_read(&plan), None);
+        prop_assert!(plan.buffers.iter().all(|b| b.range().end <= plan.arena_len));
+        prop_assert_eq!(plan.steps.iter().filter(|s| matches!(s, Step::Head { .. })).count(), 1);
+        prop_assert!(plan.padded.0 >= width && plan.padded.1 >= height);
+    }
+}
+
+#[test]
+fn an_overlap_would_be_noticed() {
+    let mut plan = plan(&ModelConfig::paper(), 64, 64);
+    assert_eq!(first_overwritten_read(&plan), None);
+    plan.buffers[2].offset = plan.buffers[0].offset;
+    assert!(first_overwritten_read(&plan).is_some());
+}
+
+#[test]
+fn the_papers_network_is_features_fourteen_convolutions_and_a_head() {
+    let plan = plan(&ModelConfig::paper(), 1280, 720);
+    assert_eq!(plan.padded, (1280, 736));
+    assert_eq!(plan.steps.len(), 16);
+    assert!(matches!(plan.steps[0], Step::Features { patch: 4, .. }));
+    assert!(matches!(plan.steps[15], Step::Head { patch: 4, kernel: KernelWeights::Linear, .. }));
+    let resamples: Vec<_> = plan
+        .steps
+        .iter()
+        .filter_map(|step| match step {
+            Step::Conv { sources, .. } => Some(sources.iter().map(|s| s.resample).collect::<Vec<_>>()),
+            Step::Features { .. } | Step::Head { .. } => None,
+        })
+        .collect();
+    let (none, pool, up) = (Resample::None, Resample::AvgPool2, Resample::Upsample2);
+    let double = |first: &[Resample]| [first.to_vec(), vec![none]];
+    let expected = [
+        double(&[none]),
+        double(&[pool]),
+        double(&[pool]),
+        double(&[pool]),
+        double(&[up, none]),
+        double(&[up, none]),
+        double(&[up, none]),
+    ];
+    assert_eq!(resamples, expected.concat());
+}
+
+#[test]
+fn the_arena_has_no_room_for_kernels() {
+    let paper = plan(&ModelConfig::paper(), 1280, 720);
+    let kernels = TAPS * paper.padded.0 * paper.padded.1;
+    assert!(4 * paper.arena_len < kernels, "{} values for {kernels} kernel weights", paper.arena_len);
+    let full = plan(&ModelConfig { patch: 1, ..ModelConfig::paper() }, 640, 360);
+    let kernels = TAPS * full.padded.0 * full.padded.1;
+    assert!(full.buffers.iter().all(|b| b.len() < kernels), "a buffer could hold {kernels} kernel weights");
+}
+
+#[test]
+fn buffers_have_whole_blocks_and_a_halo() {
+    let buffer =
+        Buffer { offset: 5, layout: Layout::Blocked, channels: 17, height: 3, width: 4, live: (0, 0) };
+    assert_eq!((buffer.row_len(), buffer.len(), buffer.range()), (32 * 6, 3 * 32 * 6, 5..5 + 3 * 32 * 6));
+    assert_eq!(Buffer { layout: Layout::Planar, ..buffer }.row_len(), 17 * 6);
+}
+
+#[test]
+fn memory_is_reused_and_traffic_is_counted() {
+    let plan = plan(&ModelConfig::paper(), 1280, 720);
+    let all: usize = plan.buffers.iter().map(Buffer::len).sum();
+    assert!(2 * plan.arena_len < all, "an arena of {} for {all} values", plan.arena_len);
+    let written: usize = 4 * all + 4 * 1280 * 720;
+    assert!(plan.traffic_bytes() > 2 * written && plan.traffic_bytes() < 3 * written);
+}
+
+#[test]
+fn impossible_sizes_are_refused() {
+    let graph = Graph::new(&ModelConfig::paper()).unwrap();
+    for (width, height) in [(0, 4), (4, 0), (40_000, 4)] {
+        assert!(
+            Plan::new(&graph, width, height).unwrap_err().to_string().contains(&format!("{width}x{height}"))
+        );
+    }
+}
