@@ -5,9 +5,12 @@ use aonet::net::config::{Arch, Features, KernelWeights};
 use aonet::net::model::Precision;
 use aonet::net::{Graph, Model, ModelConfig, TrainingFacts, Weights};
 use aonet_offline::View;
+use aonet_offline::dataset::{FORMAT, Manifest, Plan, Preset, Recipe, SceneSpec, SceneSplit};
 use aonet_offline::frame::{Frame, FrameHints};
+use aonet_offline::scene::procedural::Kind;
 use aonet_offline::scene::{MissingNormals, gltf};
-use std::path::PathBuf;
+use serde_json::json;
+use std::path::{Path, PathBuf};
 
 fn folder(target: &str) -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../fuzz/seeds").join(target)
@@ -51,13 +54,27 @@ fn weights_seeds() {
 }
 
 #[test]
+fn manifest_seeds() {
+    replay("manifest", |bytes| Manifest::from_bytes(bytes, Path::new("manifest.json")).is_ok());
+}
+
+#[test]
 #[ignore = "writes fuzz/seeds"]
 fn write_fuzz_seeds() {
-    let json = r#"{"eye":[0,1,3],"target":[0,0,0],"up":[0,1,0],"fov_y_deg":47,"width":3,"height":2,"near":0.05,"far":50,"radius":0.7}"#;
-    std::fs::write(folder("view").join("perspective.json"), json).unwrap();
-    let orthographic = json.replace("fov_y_deg", "ortho_height");
+    let text = r#"{"eye":[0,1,3],"target":[0,0,0],"up":[0,1,0],"fov_y_deg":47,"width":3,"height":2,"near":0.05,"far":50,"radius":0.7}"#;
+    std::fs::write(folder("view").join("perspective.json"), text).unwrap();
+    let orthographic = text.replace("fov_y_deg", "ortho_height");
     std::fs::write(folder("view").join("orthographic.json"), orthographic).unwrap();
-    let view: View = serde_json::from_str(json).unwrap();
+    let view: View = serde_json::from_str(text).unwrap();
+    let scenes = vec![SceneSpec::procedural(Kind::Hall, 7, SceneSplit::Train)];
+    let plan = Plan::new(Recipe::preset(Preset::AnyRadius), scenes).unwrap();
+    let mut manifest = serde_json::to_value(plan).unwrap();
+    manifest["format"] = json!(FORMAT);
+    manifest["tool"] = json!("aonet");
+    manifest["shard"] = json!({"index": 0, "count": 2});
+    manifest["frames"] = json!([{"file": "frames/0.exr", "scene": "hall_7", "index": 0, "split": "train",
+        "view": view, "radius": 0.7, "spp": 64, "seed": 1}]);
+    std::fs::write(folder("manifest").join("one_frame.json"), manifest.to_string()).unwrap();
     let depth = vec![1.0, 2.0, f32::INFINITY, 4.0, 5.0, 6.0];
     let normal = depth.iter().map(|d: &f32| if d.is_finite() { [0.0, 0.0, 1.0] } else { [0.0; 3] });
     let gbuffer = aonet::GBuffer::new(view.camera().unwrap(), depth.clone(), normal.collect()).unwrap();

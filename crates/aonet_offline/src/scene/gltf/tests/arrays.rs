@@ -14,7 +14,7 @@ fn one_triangle_gets_its_face_normal() {
 
 const QUAD: [[f32; 3]; 4] = [[0.0, 0.0, 0.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [1.0, 0.0, 1.0]];
 
-fn quad(component: u32, index_bytes: &[u8], mode: u32) -> Builder {
+pub(super) fn quad(component: u32, index_bytes: &[u8], mode: u32) -> Builder {
     let mut file = Builder::new();
     let position = file.vectors(&QUAD);
     let count = index_bytes.len() / if component == 5125 { 4 } else { component as usize - 5120 };

@@ -125,6 +125,18 @@ fn any_field_may_hold_anything() {
 }
 
 #[test]
+fn any_byte_of_the_buffer_may_hold_anything() {
+    let file = everything();
+    for at in 0..file.bin.len() {
+        for value in [0, 1, 2, 3, 4, 127, 128, 192, 255] {
+            let mut damaged = file.clone();
+            damaged.bin[at] = value;
+            let _ = attempt(&damaged.glb()).map(|scene| scene.checked().unwrap());
+        }
+    }
+}
+
+#[test]
 fn random_damage_is_survived() {
     let whole = everything().glb();
     let mut state = 7u64;
@@ -189,4 +201,9 @@ fn write_fuzz_seeds() {
     std::fs::write(folder.join("everything.glb"), file.glb()).unwrap();
     std::fs::write(folder.join("everything.gltf"), file.text(Some(&format!("data:,{content}")))).unwrap();
     std::fs::write(folder.join("triangle.glb"), Builder::triangle().glb()).unwrap();
+    std::fs::write(folder.join("skinned.glb"), placement::skinned().glb()).unwrap();
+    for (name, mode) in [("list", 4), ("strip", 5), ("fan", 6)] {
+        let file = arrays::quad(5121, &[0, 1, 2, 3, 2, 1], mode);
+        std::fs::write(folder.join(name).with_extension("glb"), file.glb()).unwrap();
+    }
 }

@@ -137,7 +137,7 @@ fn morph_targets_apply_at_default_weights_and_the_node_wins() {
 
 /// A triangle of which vertex 0 hangs on joint 0, vertex 1 on joint 1 and vertex 2 on both; node 0 shows it,
 /// nodes 1 and 2 are the joints.
-fn skinned() -> Builder {
+pub(super) fn skinned() -> Builder {
     let mut file = with_normals(&TRIANGLE, [0.0, 1.0, 0.0]);
     let joints = file.accessor(&[0, 9, 9, 9, 1, 0, 0, 0, 0, 1, 0, 0].map(|j| j % 9), 5121, ("VEC4", 3));
     let weights = file.vectors(&[[1.0, 0.0, 0.0, 0.0], [1.0, 0.0, 0.0, 0.0], [0.5, 0.5, 0.0, 0.0]]);
