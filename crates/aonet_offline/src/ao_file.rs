@@ -5,14 +5,12 @@
 use crate::atomic_file;
 use crate::error::{Error, Result};
 use crate::exr_file::{ExrFile, Plane, encode};
+use crate::frame::channels;
 use aonet::AoImage;
 use exr::prelude::FlatSamples;
 use image::{ImageBuffer, ImageFormat, ImageReader, Limits, Luma};
 use std::io::Cursor;
 use std::path::Path;
-
-/// Channel names that are taken for AO, in order of preference.
-const NAMES: [&str; 4] = ["ao", "Y", "V", "R"];
 
 /// Writes `image` as `.exr` (channel `ao`, 32-bit) or `.png` (16-bit grey).
 ///
@@ -39,8 +37,8 @@ pub fn save_ao(path: &Path, image: &AoImage) -> Result<()> {
     atomic_file::write(path, &bytes)
 }
 
-/// Reads an AO image: of an `.exr` the channel `ao`, or the only or first one that holds grey values; of a `.png` the
-/// grey value.
+/// Reads an AO image: of an `.exr` the channel that [`Frame::load`](crate::frame::Frame::load) would take for AO, else
+/// `Y`, `V` or `R`; of a `.png` the grey value.
 ///
 /// # Errors
 /// When the file is broken, or holds no such channel or a NaN.
@@ -56,19 +54,9 @@ pub fn load_ao(path: &Path) -> Result<AoImage> {
 fn from_exr(bytes: &[u8]) -> aonet::Result<AoImage> {
     let file = ExrFile::open(bytes)?;
     let (width, height) = file.size();
-    let lower = |name: &str| name.to_ascii_lowercase();
-    // `R` alone is AO; `X.R` is AO only where X is a layer or pass of that name.
-    let alone =
-        |wanted: &str| file.channels().iter().find(|c| c.name == wanted || lower(&c.name).ends_with(".ao"));
-    let in_pass = |wanted: &str| {
-        let ends = [format!(".ao.{wanted}"), format!("ao.{wanted}")].map(|e| lower(&e));
-        file.channels().iter().find(|c| lower(&c.name).ends_with(&ends[0]) || lower(&c.name) == ends[1])
-    };
-    let found =
-        NAMES.iter().find_map(|n| in_pass(n)).or_else(|| NAMES.iter().find_map(|n| alone(n))).cloned();
-    let Some(channel) = found else {
-        let names: Vec<_> = file.channels().iter().map(|c| c.name.as_str()).collect();
-        return Err(aonet::Error::format("AO image", "a channel ao, Y, V or R", names.join(", ")));
+    let Some(channel) = channels::ao(file.channels()).cloned() else {
+        let expected = "a channel ao, AO.R, LAYER.AO.R, …, or Y, V or R alone";
+        return Err(aonet::Error::format("AO image", expected, channels::list(file.channels())));
     };
     let planes = file.planes(&[(channel, 1.0)])?;
     let values = planes.into_iter().next().unwrap_or_default();
@@ -122,7 +110,7 @@ mod tests {
             let plane = Plane { name, samples: FlatSamples::F32(ramp().visibility().to_vec()) };
             encode((7, 3), vec![plane], None, None).unwrap()
         };
-        for name in ["ao", "Y", "R", "AO.R", "ViewLayer.AO.R", "scene.ao"] {
+        for name in ["ao", "Y", "R", "AO.R", "ViewLayer.AO.R", "ViewLayer.Ambient Occlusion.R", "scene.ao"] {
             assert_eq!(from_exr(&file(name)).unwrap(), ramp(), "{name}");
         }
         for name in ["normal.Y", "Normal.R", "depth", "shadow_chao.R"] {

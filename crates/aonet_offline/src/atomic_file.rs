@@ -6,11 +6,15 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 /// Writes `bytes` under a temporary name in the folder of `path`, then renames it to `path`.
-/// A file that was there before is replaced.
+/// A file that was there before is replaced; a device or pipe is written to.
 ///
 /// # Errors
 /// When the folder or the disk refuses; nothing is left behind then, and an older file stays as it was.
 pub fn write(path: &Path, bytes: &[u8]) -> Result<()> {
+    if path.metadata().is_ok_and(|m| !m.is_file() && !m.is_dir()) {
+        let opened = File::options().write(true).open(path);
+        return opened.and_then(|mut file| file.write_all(bytes)).map_err(Error::io(path));
+    }
     let temporary = temporary_name(path)?;
     let written = File::create(&temporary)
         .and_then(|mut file| file.write_all(bytes).and_then(|()| file.sync_data()))
@@ -61,5 +65,14 @@ mod tests {
         assert_eq!(names(folder.path()), ["taken"]);
         assert!(write(&folder.path().join("absent/a"), b"x").is_err());
         assert!(write(Path::new("/"), b"x").is_err());
+    }
+
+    #[test]
+    #[cfg(target_os = "linux")]
+    fn devices_are_written_to_and_stay_devices() {
+        write(Path::new("/dev/null"), b"x").unwrap();
+        let message = write(Path::new("/dev/full"), b"x").unwrap_err().to_string();
+        assert!(message.contains("/dev/full") && message.contains("No space left"), "{message}");
+        assert!(!Path::new("/dev/null").is_file());
     }
 }

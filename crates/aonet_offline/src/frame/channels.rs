@@ -1,8 +1,12 @@
 //! Which channel of a file is what, by its name.
 
 use super::NormalSpace;
-use crate::exr_file::Channel;
+use crate::exr_file::{Channel, ExrFile};
 use aonet::{Error, Result};
+use half::f16;
+
+/// Depth at and beyond which a pixel shows nothing: Blender writes 1e10. In half floats it is the largest.
+const FAR_AWAY: f32 = 1e9;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Role {
@@ -58,16 +62,65 @@ impl Layout {
         })
     }
 
-    /// Depth, normal, geometric normal, AO, mask: those that are there, in this order, each with its value
-    /// where the file has no pixel.
-    pub(super) fn wanted(&self) -> Vec<(Channel, f32)> {
+    /// Reads the pixels of these channels.
+    ///
+    /// # Errors
+    /// When they are damaged or stored in a way that is not read.
+    pub(super) fn read(&self, file: ExrFile) -> Result<Pixels> {
+        let vector = |channels: &[Channel; 3]| channels.clone().map(|c| (c, 0.0));
         let mut wanted = vec![(self.depth.clone(), f32::INFINITY)];
-        wanted.extend(self.normal.iter().map(|c| (c.clone(), 0.0)));
-        wanted.extend(self.geo_normal.iter().flatten().map(|c| (c.clone(), 0.0)));
+        wanted.extend(vector(&self.normal));
+        wanted.extend(self.geo_normal.iter().flat_map(vector));
         wanted.extend(self.ao.iter().map(|c| (c.clone(), 1.0)));
         wanted.extend(self.mask.iter().map(|c| (c.clone(), 0.0)));
-        wanted
+        let mut planes = file.planes(&wanted)?.into_iter();
+        let mut plane = || planes.next().expect("a plane for each wanted channel");
+        Ok(Pixels {
+            depth: plane(),
+            normal: interleave([plane(), plane(), plane()]),
+            geo_normal: self.geo_normal.as_ref().map(|_| interleave([plane(), plane(), plane()])),
+            ao: self.ao.as_ref().map(|_| plane()),
+            mask: self.mask.as_ref().map(|_| plane()),
+            half_depth: self.depth.is_half(),
+        })
     }
+}
+
+/// HxW values of a file, as stored.
+pub(super) struct Pixels {
+    pub(super) depth: Vec<f32>,
+    pub(super) normal: Vec<[f32; 3]>,
+    pub(super) geo_normal: Option<Vec<[f32; 3]>>,
+    pub(super) ao: Option<Vec<f32>>,
+    mask: Option<Vec<f32>>,
+    half_depth: bool,
+}
+
+impl Pixels {
+    /// Makes the depth infinite at pixels that show nothing.
+    pub(super) fn find_background(&mut self) {
+        let far_away = if self.half_depth { f16::MAX.to_f32() } else { FAR_AWAY };
+        for (i, depth) in self.depth.iter_mut().enumerate() {
+            let hidden = match &self.mask {
+                Some(mask) => mask[i] < 0.5,
+                None => self.normal[i] == [0.0; 3],
+            };
+            if hidden || *depth >= far_away {
+                *depth = f32::INFINITY;
+            }
+        }
+    }
+}
+
+/// HxW vectors of three planes.
+fn interleave([x, y, z]: [Vec<f32>; 3]) -> Vec<[f32; 3]> {
+    x.iter().zip(&y).zip(&z).map(|((x, y), z)| [*x, *y, *z]).collect()
+}
+
+/// The channel that holds AO: by its name, or grey values without a name.
+pub(crate) fn ao(channels: &[Channel]) -> Option<&Channel> {
+    let by_name = channels.iter().find(|c| role(&c.name).is_some_and(|(_, role)| role == Role::Ao));
+    by_name.or_else(|| ["Y", "V", "R"].iter().find_map(|name| channels.iter().find(|c| c.name == *name)))
 }
 
 /// The layer in front of the name, and what the rest of it means.
@@ -98,7 +151,7 @@ fn role(name: &str) -> Option<(String, Role)> {
 }
 
 /// Names for a message: at most the first 40.
-fn list(channels: &[Channel]) -> String {
+pub(crate) fn list(channels: &[Channel]) -> String {
     let names: Vec<&str> = channels.iter().take(40).map(|c| c.name.as_str()).collect();
     let more = if channels.len() > 40 { format!(" and {} more", channels.len() - 40) } else { String::new() };
     if names.is_empty() { "none".into() } else { format!("{}{more}", names.join(", ")) }

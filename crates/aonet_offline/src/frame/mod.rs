@@ -9,11 +9,11 @@
 //! | `ao` | half, optional; visibility |
 //!
 //! The camera is JSON text in the attribute `aonet:view` (a [`View`]) or, for a frame without one,
-//! `aonet:camera`; the AO radius is the float `aonet:radius`. Frames of other programs are read as
-//! [`channels`](self) of other names: see [`Frame::load`].
+//! `aonet:camera`; the AO radius is the float `aonet:radius`. Files of other programs are read too: see
+//! [`Frame::load`].
 
 mod camera;
-mod channels;
+pub(crate) mod channels;
 mod normals;
 
 use crate::exr_file::{self, ExrFile, Plane};
@@ -25,9 +25,6 @@ use half::f16;
 use std::path::Path;
 
 pub use normals::NormalSpace;
-
-/// Depth at and beyond which a pixel shows nothing: Blender writes 1e10.
-const FAR_AWAY: f32 = 1e9;
 
 /// A G-buffer with what else its file holds.
 #[derive(Debug, Clone, PartialEq)]
@@ -97,28 +94,17 @@ impl Frame {
             let expected = "a view, because the file's normals are in world space";
             return Err(aonet::Error::value("camera", expected, "none"));
         }
-        let (wanted, half_depth) = (layout.wanted(), layout.depth.is_half());
-        let mut planes = file.planes(&wanted)?.into_iter();
-        let mut next = |present: bool| present.then(|| planes.next()).flatten();
-        let mut depth = next(true).unwrap_or_default();
-        let mut vectors = |present| Some([next(present)?, next(present)?, next(present)?]);
-        let normal = vectors(true).map(normals::interleave).unwrap_or_default();
-        let geo_normal = vectors(layout.geo_normal.is_some()).map(normals::interleave);
-        let (ao, mask) = (next(layout.ao.is_some()), next(layout.mask.is_some()));
-        for (i, d) in depth.iter_mut().enumerate() {
-            let hidden = match &mask {
-                Some(mask) => mask[i] < 0.5,
-                None => normal[i] == [0.0; 3],
-            };
-            if hidden || *d >= FAR_AWAY || (half_depth && *d == f16::MAX.to_f32()) {
-                *d = f32::INFINITY;
-            }
-        }
-        let to_view = |n| normals::to_view(n, space, &seen.camera, &depth);
-        let (normal, geo_normal) = (to_view(normal)?, geo_normal.map(to_view).transpose()?);
+        let mut pixels = layout.read(file)?;
+        pixels.find_background();
+        normals::check_not_encoded(&pixels.normal, &pixels.depth)?;
+        let to_view = |n| normals::to_view(n, space, &seen.camera, &pixels.depth);
+        let (normal, geo_normal) = (to_view(pixels.normal), pixels.geo_normal.map(to_view));
         let (width, height) = (seen.camera.width, seen.camera.height);
-        let gbuffer = GBuffer::new(seen.camera, depth, normal)?;
-        let ao = ao.map(|mut ao| {
+        let gbuffer = GBuffer::new(seen.camera, pixels.depth, normal)?;
+        if let Some(geo_normal) = &geo_normal {
+            normals::check_finite(geo_normal, gbuffer.depth(), width)?;
+        }
+        let ao = pixels.ao.map(|mut ao| {
             (0..ao.len()).filter(|&i| !gbuffer.is_foreground(i)).for_each(|i| ao[i] = 1.0);
             AoImage::new(width, height, ao)
         });

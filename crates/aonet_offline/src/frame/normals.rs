@@ -14,24 +14,15 @@ pub enum NormalSpace {
     BlenderWorld,
 }
 
-/// HxW vectors of three planes.
-pub(super) fn interleave([x, y, z]: [Vec<f32>; 3]) -> Vec<[f32; 3]> {
-    x.iter().zip(&y).zip(&z).map(|((x, y), z)| [*x, *y, *z]).collect()
-}
-
 /// The same normals in view space; zero where `depth` is infinite.
 ///
 /// Blender's are averages over the samples of a pixel, so they are brought back to unit length.
-///
-/// # Errors
-/// When they look like colours, n * 0.5 + 0.5.
 pub(super) fn to_view(
     mut normals: Vec<[f32; 3]>,
     space: NormalSpace,
     camera: &Camera,
     depth: &[f32],
-) -> Result<Vec<[f32; 3]>> {
-    check_not_encoded(&normals, depth)?;
+) -> Vec<[f32; 3]> {
     let rotation = camera.view_from_world.matrix3;
     for (n, d) in normals.iter_mut().zip(depth) {
         *n = match space {
@@ -45,16 +36,36 @@ pub(super) fn to_view(
             }
         };
     }
-    Ok(normals)
+    normals
 }
 
-fn check_not_encoded(normals: &[[f32; 3]], depth: &[f32]) -> Result<()> {
+/// # Errors
+/// Names the first pixel of the foreground whose vector is not finite.
+pub(super) fn check_finite(normals: &[[f32; 3]], depth: &[f32], width: usize) -> Result<()> {
+    let bad = |(n, d): (&[f32; 3], &f32)| *d != f32::INFINITY && !Vec3A::from(*n).is_finite();
+    match normals.iter().zip(depth).position(bad) {
+        Some(i) => {
+            let what = format!("geometric normal at ({}, {})", i % width, i / width);
+            Err(Error::value(what, "a unit vector", format!("{:?}", normals[i])))
+        }
+        None => Ok(()),
+    }
+}
+
+/// # Errors
+/// When the normals of the foreground are colours, n * 0.5 + 0.5; judged by some thousand pixels.
+pub(super) fn check_not_encoded(normals: &[[f32; 3]], depth: &[f32]) -> Result<()> {
     let is_unit = |n: &[f32; 3]| (n.iter().map(|c| c * c).sum::<f32>().sqrt() - 1.0).abs() < 0.05;
-    let is_encoded =
+    let is_colour =
         |n: &[f32; 3]| n.iter().all(|c| (0.0..=1.0).contains(c)) && is_unit(&n.map(|c| 2.0 * c - 1.0));
-    let foreground = || normals.iter().zip(depth).filter(|(_, d)| **d != f32::INFINITY).map(|(n, _)| n);
-    let first_bad = foreground().any(|n| !is_unit(n));
-    if first_bad && foreground().all(is_encoded) {
+    let (mut seen, mut unit, mut colours) = (0, 0, 0);
+    let foreground = normals.iter().zip(depth).filter(|(_, d)| **d != f32::INFINITY);
+    for (n, _) in foreground.step_by(1 + normals.len() / 4096) {
+        seen += 1;
+        unit += usize::from(is_unit(n));
+        colours += usize::from(is_colour(n));
+    }
+    if 2 * unit < seen && 10 * colours > 9 * seen {
         let expected = "vectors with components in [-1, 1]";
         return Err(Error::value("normals", expected, "colours, n * 0.5 + 0.5: undo that with 2 * n - 1"));
     }

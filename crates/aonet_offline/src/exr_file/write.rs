@@ -1,0 +1,47 @@
+use super::format_error;
+use aonet::Result;
+use exr::compression::Compression;
+use exr::image::{AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer};
+use exr::meta::attribute::{AttributeValue, Text};
+use exr::meta::header::LayerAttributes;
+use exr::prelude::WritableImage;
+use std::io::Cursor;
+
+/// A plane to be written.
+pub(crate) struct Plane {
+    pub(crate) name: &'static str,
+    pub(crate) samples: FlatSamples,
+}
+
+/// An OpenEXR file of `planes` that are all `width * height` long, with at most one text and one number
+/// as custom attributes. Equal input gives equal bytes.
+///
+/// # Errors
+/// When the text is not of Latin-1, or the encoder refuses.
+pub(crate) fn encode(
+    (width, height): (usize, usize),
+    planes: Vec<Plane>,
+    text: Option<(&str, String)>,
+    number: Option<(&str, f32)>,
+) -> Result<Vec<u8>> {
+    let list = planes.into_iter().map(|plane| AnyChannel::new(plane.name, plane.samples)).collect();
+    let mut attributes = LayerAttributes { software_name: Some(Text::from("aonet")), ..Default::default() };
+    if let Some((name, text)) = text {
+        let latin = Text::new_or_none(&text).ok_or_else(|| format_error("an attribute in Latin-1", text))?;
+        attributes.other.insert(Text::from(name), AttributeValue::Text(latin));
+    }
+    // Smallest of the lossless codecs on frames, and nearly the fastest to decode.
+    let encoding = Encoding { compression: Compression::ZIP16, ..Encoding::SMALL_LOSSLESS };
+    let layer = Layer::new((width, height), attributes, encoding, AnyChannels::sort(list));
+    let mut image = Image::from_layer(layer);
+    // The crate keeps custom attributes in maps of random order; with one in the layer's map and one in
+    // the image's, the order is always the same.
+    image
+        .attributes
+        .other
+        .extend(number.map(|(name, number)| (Text::from(name), AttributeValue::F32(number))));
+    let mut bytes = Cursor::new(Vec::new());
+    let written = image.write().non_parallel().to_buffered(&mut bytes);
+    written.map_err(|e| format_error("an image that can be encoded", e))?;
+    Ok(bytes.into_inner())
+}
