@@ -7,6 +7,7 @@
 mod adam;
 mod checkpoint;
 pub mod config;
+mod flex_ops;
 mod log;
 mod loss;
 mod net;

@@ -1,5 +1,6 @@
 //! The graph on Burn tensors: the same operations as every other backend, with gradients.
 
+use super::flex_ops;
 use aonet::net::graph::{FIRST_TAP, GUIDE_CHANNELS, LEAKY_SLOPE, TAPS, WINDOW};
 use aonet::net::{Activation, Graph, KernelWeights, Op, Weights};
 use burn::tensor::activation::{leaky_relu, softmax};
@@ -63,6 +64,9 @@ fn conv(x: Tensor<4>, params: &BTreeMap<String, Param>, name: &str, size: usize)
     else {
         unreachable!("weights have four axes and biases one")
     };
+    if x.device() == Device::flex() {
+        return flex_ops::conv(x, weight.clone(), bias.clone());
+    }
     let half = size / 2;
     let options = ConvOptions::new([1, 1], [0, 0], [1, 1], 1);
     conv2d(repeat_edge(x, (half, half)), weight.clone(), Some(bias.clone()), options)
@@ -108,15 +112,17 @@ fn patch_merge(x: Tensor<4>, p: usize) -> Tensor<4> {
 fn kernel_predict(kernels: Tensor<4>, guide: Tensor<4>, patch: usize, weights: KernelWeights) -> Tensor<4> {
     let [b, _, h, w] = kernels.dims();
     let pixels = patch * patch;
-    let kernels = kernels.reshape([b, pixels, TAPS, h, w]);
     let kernels = match weights {
         KernelWeights::Softmax => {
             let by_component = kernels.reshape([b, pixels, TAPS / GUIDE_CHANNELS, GUIDE_CHANNELS, h * w]);
-            softmax(by_component, 2).reshape([b, pixels, TAPS, h, w])
+            softmax(by_component, 2).reshape([b, pixels * TAPS, h, w])
         }
         KernelWeights::Linear | KernelWeights::Off => kernels,
     };
-    let weighed = kernels * neighbourhoods(guide, patch);
+    if kernels.device() == Device::flex() {
+        return flex_ops::weigh(kernels, guide);
+    }
+    let weighed = kernels.reshape([b, pixels, TAPS, h, w]) * neighbourhoods(guide, patch);
     patch_merge(weighed.sum_dim(2).reshape([b, pixels, h, w]) / GUIDE_CHANNELS as f64, patch)
 }
 
