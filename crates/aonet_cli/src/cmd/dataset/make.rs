@@ -5,7 +5,7 @@ use super::{COLUMNS, FRAMES, Make};
 use crate::output;
 use anyhow::{Context, Result, bail};
 use aonet_offline::dataset::{
-    self, Manifest, Plan, Preset, RadiusRule, Recipe, SceneSpec, SceneSplit, Shard,
+    self, Event, Manifest, Plan, Preset, RadiusRule, Recipe, SceneSpec, SceneSplit, Shard,
 };
 use aonet_offline::picture;
 use aonet_offline::scene::procedural::Kind;
