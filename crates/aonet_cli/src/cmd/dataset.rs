@@ -7,7 +7,7 @@ use crate::output;
 use anyhow::Result;
 use aonet_offline::dataset::{self, Manifest, Shard};
 use aonet_offline::picture;
-use clap::{Parser, Subcommand, ValueEnum};
+use clap::{Parser, Subcommand};
 use std::path::PathBuf;
 
 /// Frames of a contact sheet.
@@ -15,6 +15,21 @@ const FRAMES: usize = 24;
 
 /// Frames in a row of a contact sheet.
 const COLUMNS: usize = 4;
+
+/// What a manifest says already.
+const NOT_WITH_FROM: [&str; 11] = [
+    "preset",
+    "scene",
+    "environment",
+    "procedural",
+    "split",
+    "frames",
+    "width",
+    "height",
+    "spp",
+    "eval_spp",
+    "seed",
+];
 
 /// Make frames with ray-traced AO for training and evaluation.
 ///
@@ -46,7 +61,7 @@ enum Action {
     Sheet {
         /// The dataset's folder, or a manifest.
         dataset: PathBuf,
-        /// The picture to write (PNG).
+        /// PNG to write.
         #[arg(short, long)]
         output: PathBuf,
         /// How many frames, spread over the dataset.
@@ -58,21 +73,6 @@ enum Action {
     },
 }
 
-#[derive(Debug, Clone, Copy, ValueEnum)]
-pub(super) enum PresetName {
-    /// As in the paper: 37 scenes, 3996 frames of 1280x720, one radius a scene.
-    Paper,
-    /// All scenes and procedural ones, a radius of its own for every frame.
-    AnyRadius,
-}
-
-#[derive(Debug, Clone, Copy, ValueEnum)]
-pub(super) enum SplitName {
-    Train,
-    Val,
-    Test,
-}
-
 #[derive(Debug, clap::Args)]
 pub(super) struct Make {
     /// Folder to write frames and the manifest into.
@@ -80,13 +80,12 @@ pub(super) struct Make {
     out_dir: Option<PathBuf>,
     /// Starting values for everything below.
     #[arg(long, value_enum, default_value = "any-radius")]
-    preset: PresetName,
+    preset: make::PresetName,
     /// Folder with scenes.csv and the glTF files that it lists.
     #[arg(long, value_name = "DIR")]
     scenes_dir: Option<PathBuf>,
-    /// Make the frames of this manifest again, with the files of --scenes-dir; only --shard and the options
-    /// of the report apply.
-    #[arg(long, value_name = "MANIFEST")]
+    /// Make the frames of this manifest again, with the files of --scenes-dir.
+    #[arg(long, value_name = "MANIFEST", conflicts_with_all = NOT_WITH_FROM)]
     from: Option<PathBuf>,
     /// A glTF file, as a single object on a ground plane. May be repeated.
     #[arg(long, value_name = "FILE")]
@@ -100,7 +99,7 @@ pub(super) struct Make {
     procedural: Vec<String>,
     /// What the scenes of --scene, --environment and --procedural are kept for.
     #[arg(long, value_enum, default_value = "train")]
-    split: SplitName,
+    split: make::SplitName,
     /// Frames of all splits together, shared out as in the preset.
     #[arg(long)]
     frames: Option<u32>,

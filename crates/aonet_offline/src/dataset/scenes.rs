@@ -97,6 +97,12 @@ impl SceneSpec {
             let expected = "1 to 200 letters, digits, '_', '-' or '.', not '.' first";
             return Err(Error::request("scene name", expected, format!("{:?}", self.name)));
         }
+        if let SceneSource::File(file) = &self.source
+            && file.file_name() != Some(file.as_os_str())
+        {
+            let what = format!("file of scene {}", self.name);
+            return Err(Error::request(what, "a name without a folder", file.display()));
+        }
         let finite = |c: &Candidate| c.eye.iter().chain(&c.target).all(|v| v.is_finite());
         if !self.cameras.iter().all(|c| finite(c) && c.eye != c.target) {
             let what = format!("cameras of scene {}", self.name);

@@ -192,6 +192,8 @@ fn frames_hold_what_the_manifest_says() {
     }
     let sheet = contact_sheet(&manifest, 4, 3).unwrap();
     assert!(sheet.pixels().any(|p| p.0[0] != p.0[1]), "normals are coloured");
+    assert!(sheet.width() > 3 * 48 && sheet.height() > 2 * 2 * 32);
+    assert!(contact_sheet(&manifest, 0, 3).is_err() && contact_sheet(&manifest, 4, 0).is_err());
 }
 
 #[test]

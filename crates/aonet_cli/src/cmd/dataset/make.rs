@@ -1,7 +1,7 @@
 //! From what was typed to a plan, and from the plan to frames.
 
 use super::progress::Progress;
-use super::{COLUMNS, FRAMES, Make, PresetName, SplitName};
+use super::{COLUMNS, FRAMES, Make};
 use crate::output;
 use anyhow::{Context, Result, bail};
 use aonet_offline::dataset::{
@@ -9,9 +9,25 @@ use aonet_offline::dataset::{
 };
 use aonet_offline::picture;
 use aonet_offline::scene::procedural::Kind;
+use clap::ValueEnum;
 use serde_json::{Map, json};
 use std::ops::Range;
 use std::path::Path;
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub(super) enum PresetName {
+    /// As in the paper: 37 scenes, 3996 frames of 1280x720, one radius a scene.
+    Paper,
+    /// All scenes and procedural ones, a radius of its own for every frame.
+    AnyRadius,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub(super) enum SplitName {
+    Train,
+    Val,
+    Test,
+}
 
 /// Makes the dataset.
 pub(super) fn run(make: &Make) -> Result<()> {
