@@ -1,5 +1,6 @@
 //! `aonet dataset`: frames for training and evaluation.
 
+use crate::output;
 use anyhow::{Context, Result, bail};
 use aonet_offline::dataset::{
     self, Event, Manifest, Plan, Preset, RadiusRule, Recipe, SceneSpec, SceneSplit, Shard,
@@ -125,8 +126,7 @@ pub(crate) fn run(args: Args) -> Result<()> {
         None => make(&args.make),
         Some(Action::Merge { dirs }) => {
             let manifest = dataset::merge(&dirs)?;
-            println!("{}", manifest.dir().join("manifest.json").display());
-            Ok(())
+            output::text(&format!("{}\n", manifest.dir().join("manifest.json").display()))
         }
         Some(Action::Sheet { dataset, output, count, columns }) => {
             let manifest = Manifest::load(&dataset)?;
@@ -146,8 +146,7 @@ fn make(make: &Make) -> Result<()> {
         let manifest = Manifest::load(&out_dir.join(&name))?;
         dataset::save_png(&dataset::contact_sheet(&manifest, 24, 6)?, sheet)?;
     }
-    println!("{}", out_dir.join(name).display());
-    Ok(())
+    output::text(&format!("{}\n", out_dir.join(name).display()))
 }
 
 fn plan(make: &Make) -> Result<Plan> {
@@ -257,16 +256,16 @@ impl Progress {
     fn finish(&self, summary: &dataset::Summary) {
         self.bar.finish_and_clear();
         let rays = self.rays.load(Ordering::Relaxed);
-        eprintln!(
+        output::note(&format!(
             "{} frames made, {} kept, {:.1} s, {:.1} Mray/s, {:.0} % of the views accepted",
             summary.made,
             summary.kept,
             self.start.elapsed().as_secs_f64(),
             self.rate(rays),
             100.0 * summary.acceptance()
-        );
+        ));
         for (flaw, count) in &summary.flaws {
-            eprintln!("  {count} views dropped: {}", flaw.name());
+            output::note(&format!("  {count} views dropped: {}", flaw.name()));
         }
     }
 }
