@@ -69,7 +69,7 @@ fn main() -> ExitCode {
         Ok(Outcome::Done) => ExitCode::SUCCESS,
         Ok(Outcome::CheckFailed) => ExitCode::from(1),
         Err(err) => {
-            eprintln!("aonet: {err:#}");
+            output::note(&format!("aonet: {err:#}"));
             ExitCode::from(2)
         }
     }

@@ -1,4 +1,4 @@
-//! What goes to stdout, and progress bars on stderr.
+//! What goes to stdout, and notes and progress bars on stderr.
 
 use anyhow::{Context, Result};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -12,6 +12,11 @@ pub(crate) fn text(text: &str) -> Result<()> {
         Err(e) if e.kind() != ErrorKind::BrokenPipe => Err(e).context("standard output"),
         Ok(()) | Err(_) => Ok(()),
     }
+}
+
+/// Writes a line for people to stderr. Where nobody listens there is nobody to tell.
+pub(crate) fn note(text: &str) {
+    let _ = writeln!(std::io::stderr(), "{text}");
 }
 
 /// Writes `value` as one JSON document.

@@ -2,7 +2,7 @@
 
 use crate::output::{self, Style, number, table};
 use crate::{Outcome, setup};
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, ensure};
 use aonet::AoImage;
 use aonet::metrics::{self, Comparison};
 use aonet_offline::ao_file::load_ao;
@@ -26,10 +26,10 @@ pub(crate) struct Args {
     #[arg(required = true)]
     images: Vec<PathBuf>,
     /// Fail if an image's SSIM over the full frame is lower.
-    #[arg(long)]
+    #[arg(long, value_parser = number_that_compares)]
     min_ssim: Option<f64>,
     /// Fail if an image's PSNR over the full frame is lower [dB].
-    #[arg(long)]
+    #[arg(long, value_parser = number_that_compares)]
     min_psnr: Option<f64>,
     /// Draw reference, images and their errors side by side.
     #[arg(long, value_name = "FILE.png")]
@@ -67,6 +67,13 @@ pub(crate) fn run(args: &Args) -> Result<Outcome> {
             || args.min_psnr.is_some_and(|least| c.full.psnr < least)
     };
     Ok(if rows.iter().any(|(_, _, c)| fails(c)) { Outcome::CheckFailed } else { Outcome::Done })
+}
+
+/// A check against NaN could not fail.
+fn number_that_compares(text: &str) -> Result<f64> {
+    let value: f64 = text.parse()?;
+    ensure!(!value.is_nan(), "expected a number");
+    Ok(value)
 }
 
 fn cells(path: &Path, c: &Comparison) -> Vec<String> {

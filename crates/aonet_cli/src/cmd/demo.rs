@@ -151,7 +151,7 @@ fn draw(
     std::fs::create_dir_all(dir).with_context(|| dir.display().to_string())?;
     let [traced, computed, difference] = captions;
     let panels = [
-        ("normal.png", picture::normals(&surface.gbuffer), Caption::new("normals (the network's input)")),
+        ("normal.png", picture::normals(&surface.gbuffer), Caption::new("input: normals (and depth)")),
         ("ao_reference.png", picture::ao(reference), Caption::new(traced)),
         ("ao_network.png", picture::ao(ao), Caption::new(computed)),
         ("error.png", picture::error(reference, ao)?, Caption { text: difference, error_legend: true }),

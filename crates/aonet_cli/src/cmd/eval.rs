@@ -2,19 +2,21 @@
 
 use crate::output::{self, Style, number, table};
 use crate::setup;
-use anyhow::{Result, bail};
+use anyhow::{Context, Result, bail};
 use aonet::net::Model;
 use aonet_offline::atomic_file;
 use aonet_offline::dataset::{Manifest, Split};
-use aonet_offline::eval::{Contestant, Method, Row, Table, evaluate};
+use aonet_offline::eval::{Contestant, Method, Row, Table, evaluate, mean_visibility};
 use clap::{Parser, ValueEnum};
 use indicatif::ProgressBar;
+use serde::Serialize;
 use serde_json::json;
 use std::path::PathBuf;
 
 /// Score networks on the frames of a dataset: SSIM, PSNR and time.
 ///
-/// The first row is a constant image: the mean visibility of the frames that the first network was trained on.
+/// The first row is a constant image: the mean visibility of the frames that the first network was trained on. Rows of
+/// networks give the median time of a frame: of the inference alone, in f32, with buffers in memory.
 #[derive(Debug, Parser)]
 #[command(after_help = "Examples:
   aonet eval data/any --split test
@@ -28,7 +30,8 @@ pub(crate) struct Args {
     /// Which frames.
     #[arg(long, value_enum, default_value = "test")]
     split: SplitName,
-    /// The constant image's value; otherwise what the first network says of its training frames.
+    /// The constant image's value; otherwise what the first network says of its training frames, else the mean over the
+    /// dataset's training frames.
     #[arg(long)]
     constant: Option<f32>,
     /// Also score networks that were trained for another choice of radius; their rows are marked.
@@ -81,7 +84,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
         models.push(("any_radius (shipped)".into(), setup::model(None)?));
     }
     let threads = setup::threads(args.threads);
-    let constant = constant(args, &models)?;
+    let constant = constant(args, &models[0].1, &manifest)?;
     let mut contestants =
         vec![Contestant { name: format!("constant {constant:.3}"), method: Method::Constant(constant) }];
     for (name, model) in &models {
@@ -103,7 +106,9 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     };
     let table = evaluate(&manifest, args.split.into(), &contestants, &progress)?;
     bar.finish_and_clear();
-    let text = if args.json { as_json(args, &table, threads)? } else { as_text(args, &table, threads) };
+    let conditions = conditions(args, &manifest, threads);
+    let text =
+        if args.json { as_json(args, &table, &conditions)? } else { as_text(args, &table, &conditions) };
     if let Some(path) = &args.output {
         atomic_file::write(path, text.as_bytes())?;
     }
@@ -117,17 +122,43 @@ fn radius_fits(model: &Model, manifest: &Manifest) -> bool {
         || trained.contains(&format!("{:?}", manifest.plan.recipe.radius).as_str())
 }
 
-fn constant(args: &Args, models: &[(String, Model)]) -> Result<f32> {
-    match args.constant.or(models[0].1.facts().mean_visibility) {
+fn constant(args: &Args, model: &Model, manifest: &Manifest) -> Result<f32> {
+    match args.constant.or(model.facts().mean_visibility) {
         Some(value) if (0.0..=1.0).contains(&value) => Ok(value),
         Some(value) => bail!("the constant image: expected a value in [0, 1], found {value}"),
-        None => {
-            bail!("{} does not say the mean visibility of its training frames: give --constant", models[0].0)
-        }
+        None => mean_visibility(manifest).context("the constant image (give --constant)"),
     }
 }
 
-fn as_text(args: &Args, table: &Table, threads: usize) -> String {
+/// What the numbers depend on besides the methods.
+#[derive(Debug, Serialize)]
+struct Conditions {
+    command: String,
+    version: &'static str,
+    frames: usize,
+    width: usize,
+    height: usize,
+    reference_spp: u32,
+    threads: usize,
+    cores: usize,
+}
+
+fn conditions(args: &Args, manifest: &Manifest, threads: usize) -> Conditions {
+    let words: Vec<String> = std::env::args().skip(1).collect();
+    let (split, recipe) = (args.split.into(), &manifest.plan.recipe);
+    Conditions {
+        command: format!("aonet {}", words.join(" ")),
+        version: env!("CARGO_PKG_VERSION"),
+        frames: manifest.frames(split).count(),
+        width: recipe.width,
+        height: recipe.height,
+        reference_spp: recipe.spp(split),
+        threads,
+        cores: setup::threads(None),
+    }
+}
+
+fn as_text(args: &Args, table: &Table, c: &Conditions) -> String {
     let style = if args.markdown { Style::Markdown } else { Style::Text };
     let mut text = draw(&table.overall, style);
     if table.overall.iter().any(|(name, _)| name.ends_with(" *")) {
@@ -138,9 +169,11 @@ fn as_text(args: &Args, table: &Table, threads: usize) -> String {
             text += &format!("\n{}{scene}\n\n{}", if args.markdown { "### " } else { "" }, draw(rows, style));
         }
     }
-    let frames = table.overall.first().map_or(0, |(_, row)| row.frames);
-    text += &format!("\n{frames} frames, {threads} threads, aonet {}\n", env!("CARGO_PKG_VERSION"));
-    text
+    let quote = if args.markdown { "`" } else { "" };
+    text + &format!(
+        "\n{} frames of {}x{}, reference {} rays; {} threads on {} cores; aonet {}\n{quote}{}{quote}\n",
+        c.frames, c.width, c.height, c.reference_spp, c.threads, c.cores, c.version, c.command
+    )
 }
 
 fn draw(rows: &[(String, Row)], style: Style) -> String {
@@ -160,15 +193,14 @@ fn draw(rows: &[(String, Row)], style: Style) -> String {
     table(&header, &rows.iter().map(cells).collect::<Vec<_>>(), style)
 }
 
-fn as_json(args: &Args, table: &Table, threads: usize) -> Result<String> {
+fn as_json(args: &Args, table: &Table, conditions: &Conditions) -> Result<String> {
     let rows = |rows: &[(String, Row)]| -> Vec<_> {
         rows.iter().map(|(name, row)| json!({ "method": name, "scores": row })).collect()
     };
     let scenes: serde_json::Map<_, _> =
         table.by_scene.iter().map(|(s, r)| (s.clone(), json!(rows(r)))).collect();
     let document = json!({
-        "dataset": args.dataset, "threads": threads, "version": env!("CARGO_PKG_VERSION"),
-        "overall": rows(&table.overall), "by_scene": scenes,
+        "dataset": args.dataset, "conditions": conditions, "overall": rows(&table.overall), "by_scene": scenes,
     });
     Ok(format!("{}\n", serde_json::to_string_pretty(&document)?))
 }

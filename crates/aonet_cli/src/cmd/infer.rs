@@ -79,6 +79,6 @@ pub(crate) fn run(args: &Args) -> Result<()> {
             "device": args.device,
         }));
     }
-    eprintln!("{width}x{height}, radius {}, {ms:.1} ms", params.radius);
+    output::note(&format!("{width}x{height}, radius {}, {ms:.1} ms", params.radius));
     output::text(&format!("{}\n", args.output.display()))
 }

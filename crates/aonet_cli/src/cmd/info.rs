@@ -2,19 +2,24 @@
 
 use crate::{output, setup};
 use anyhow::Result;
-use aonet_offline::View;
+use aonet::AoImage;
+use aonet_offline::ao_file::load_ao;
 use aonet_offline::dataset::{Manifest, Split};
 use aonet_offline::frame::{Frame, FrameHints};
 use aonet_offline::scene::MissingNormals;
 use aonet_offline::scene::source::SceneSource;
+use aonet_offline::{Error, View};
 use clap::Parser;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
-/// Say what a file is: a model, a frame, a view, a dataset or a scene.
+/// Say what a file is: a model, a frame, an AO image, a view, a dataset or a scene.
 #[derive(Debug, Parser)]
+#[command(after_help = "Examples:
+  aonet info runs/a/best.safetensors
+  aonet info procedural:furnished_room:3 --json")]
 pub(crate) struct Args {
-    /// .safetensors, .exr, .json, .glb, .gltf, a dataset's folder, or procedural:KIND:SEED.
+    /// .safetensors, .exr, .png, .json, .glb, .gltf, a dataset's folder, or procedural:KIND:SEED.
     file: String,
     /// Print JSON.
     #[arg(long)]
@@ -27,10 +32,9 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
     let facts = match extension.to_str().unwrap_or_default() {
         "safetensors" => model(path)?,
-        "exr" => frame(path)?,
-        "json" if path.file_name().is_some_and(|n| n.to_string_lossy().starts_with("manifest")) => {
-            dataset(path)?
-        }
+        "exr" => frame(path).or_else(|why| ao(path).map_err(|_| why))?,
+        "png" => ao(path)?,
+        "json" if is_manifest(path)? => dataset(path)?,
         "json" => view(path)?,
         _ if path.is_dir() => dataset(path)?,
         _ => scene(&args.file)?,
@@ -78,15 +82,31 @@ fn frame(path: &Path) -> Result<Value> {
     let frame = known.or_else(|_| Frame::load(path, &hints))?;
     let depth = frame.gbuffer.depth();
     let finite = || depth.iter().copied().filter(|d| d.is_finite());
-    let mean = |v: &[f32]| v.iter().map(|x| f64::from(*x)).sum::<f64>() / v.len() as f64;
     Ok(json!({
         "kind": "frame", "width": frame.gbuffer.width(), "height": frame.gbuffer.height(),
         "camera_known": camera_known, "view": frame.view, "radius": frame.radius,
         "foreground_share": finite().count() as f64 / depth.len() as f64,
         "depth_min": finite().fold(f32::INFINITY, f32::min), "depth_max": finite().fold(0.0, f32::max),
         "geometric_normals": frame.geo_normal.is_some(),
-        "mean_visibility": frame.ao.as_ref().map(|ao| mean(ao.visibility())),
+        "mean_visibility": frame.ao.as_ref().map(mean),
     }))
+}
+
+fn ao(path: &Path) -> Result<Value> {
+    let ao = load_ao(path)?;
+    Ok(
+        json!({ "kind": "AO image", "width": ao.width(), "height": ao.height(), "mean_visibility": mean(&ao) }),
+    )
+}
+
+fn mean(ao: &AoImage) -> f64 {
+    ao.visibility().iter().map(|v| f64::from(*v)).sum::<f64>() / ao.visibility().len() as f64
+}
+
+/// Whether a JSON file lists frames, as only manifests do.
+fn is_manifest(path: &Path) -> Result<bool> {
+    let bytes = std::fs::read(path).map_err(Error::io(path))?;
+    Ok(serde_json::from_slice::<Value>(&bytes).is_ok_and(|json| json.get("frames").is_some()))
 }
 
 fn view(path: &Path) -> Result<Value> {

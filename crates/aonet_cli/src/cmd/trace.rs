@@ -59,6 +59,6 @@ pub(crate) fn run(args: &Args) -> Result<()> {
             "spp": args.spp, "rays": rays, "seconds": seconds, "mean_visibility": mean,
         }));
     }
-    eprintln!("{:.1} Mray in {seconds:.1} s", rays as f64 / 1e6);
+    output::note(&format!("{:.1} Mray in {seconds:.1} s", rays as f64 / 1e6));
     output::text(&format!("{}\n", args.output.display()))
 }

@@ -63,7 +63,8 @@ pub(crate) fn run(args: Args) -> Result<()> {
 #[cfg(feature = "train")]
 mod training {
     use super::Args;
-    use anyhow::{Result, bail};
+    use crate::output;
+    use anyhow::{Context, Result, bail};
     use aonet::net::TrainingFacts;
     use aonet_offline::dataset::Manifest;
     use aonet_offline::train::{TrainConfig, TrainDevice, TrainEvent, TrainRun, train};
@@ -77,7 +78,11 @@ mod training {
             dir: args.output.clone(),
             vgg: args.vgg.clone(),
             device: device(args)?,
-            time_limit: args.stop_after.map(|m| Duration::from_secs_f64((m * 60.0).max(0.0))),
+            time_limit: args
+                .stop_after
+                .map(|m| Duration::try_from_secs_f64(60.0 * m))
+                .transpose()
+                .context("--stop-after")?,
             facts: facts(args, &manifests),
         };
         let bar = ProgressBar::new(config.steps);
@@ -85,9 +90,8 @@ mod training {
         bar.set_style(ProgressStyle::with_template(style).unwrap_or_else(|_| ProgressStyle::default_bar()));
         let steps = train(&config, &manifests, &run, &|event| show(&bar, event))?;
         bar.finish_and_clear();
-        eprintln!("{steps} of {} steps", config.steps);
-        println!("{}", args.output.join("best.safetensors").display());
-        Ok(())
+        output::note(&format!("{steps} of {} steps", config.steps));
+        output::text(&format!("{}\n", args.output.join("best.safetensors").display()))
     }
 
     fn device(args: &Args) -> Result<TrainDevice> {
@@ -138,11 +142,11 @@ mod training {
             TrainEvent::Validated(step, scores) => {
                 let scores: Vec<_> =
                     scores.iter().map(|(name, value)| format!("{name} {value:.4}")).collect();
-                bar.suspend(|| eprintln!("step {step}: validation {}", scores.join(", ")));
+                bar.suspend(|| output::note(&format!("step {step}: validation {}", scores.join(", "))));
             }
             TrainEvent::NoPerceptualTerm => {
                 bar.suspend(|| {
-                    eprintln!("no VGG-19 weights given (--vgg): the perceptual term of the loss is off")
+                    output::note("no VGG-19 weights given (--vgg): the perceptual term of the loss is off")
                 });
             }
         }

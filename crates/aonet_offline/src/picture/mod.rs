@@ -156,22 +156,26 @@ fn draw_caption(caption: &Caption, width: u32) -> RgbImage {
     let mut line = RgbImage::from_pixel(width, CAPTION, Rgb(PAPER));
     text::draw(&mut line, (GAP, GAP), &caption.text, INK);
     if caption.error_legend {
-        let (low, high) = (format!("-{ERROR_SCALE}"), format!("+{ERROR_SCALE}"));
-        let bar = 96;
-        let right = width.saturating_sub(GAP + text::width(&high));
-        text::draw(&mut line, (right, GAP), &high, INK);
-        let left = right.saturating_sub(bar + 2 * GAP);
-        for x in 0..bar {
-            let colour = gradient(&DIVERGING, x as f32 / (bar - 1) as f32);
-            for y in GAP..CAPTION - GAP {
-                if let Some(pixel) = line.get_pixel_mut_checked(left + x, y) {
-                    *pixel = Rgb(colour);
-                }
-            }
-        }
-        text::draw(&mut line, (left.saturating_sub(text::width(&low) + GAP), GAP), &low, INK);
+        let legend = legend();
+        let left = i64::from(width) - i64::from(legend.width());
+        imageops::replace(&mut line, &legend, left, 0);
     }
     line
+}
+
+/// The colours of [`error`] from too dark to too bright, between their values.
+fn legend() -> RgbImage {
+    let (low, high) = (format!("-{ERROR_SCALE}"), format!("+{ERROR_SCALE}"));
+    let bar = 96;
+    let bar_left = text::width(&low) + 2 * GAP;
+    let width = bar_left + bar + GAP + text::width(&high) + GAP;
+    let mut legend = RgbImage::from_pixel(width, CAPTION, Rgb(PAPER));
+    text::draw(&mut legend, (GAP, GAP), &low, INK);
+    for (x, y) in (0..bar).flat_map(|x| (GAP..CAPTION - GAP).map(move |y| (x, y))) {
+        legend.put_pixel(bar_left + x, y, Rgb(gradient(&DIVERGING, x as f32 / (bar - 1) as f32)));
+    }
+    text::draw(&mut legend, (bar_left + bar + GAP, GAP), &high, INK);
+    legend
 }
 
 /// Writes a picture as PNG under a temporary name, then renames it.

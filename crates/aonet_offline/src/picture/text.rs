@@ -1,4 +1,5 @@
-//! One line of text in a picture: an 8x8 bitmap font, doubled twice with smooth diagonals and halved once.
+//! One line of text in a picture: an 8x8 bitmap font, doubled twice with smooth diagonals, then averaged down to
+//! two thirds of its width.
 
 use font8x8::{BASIC_FONTS, LATIN_FONTS, UnicodeFonts};
 use image::{Rgb, RgbImage};
@@ -8,7 +9,11 @@ pub(super) const LINE: u32 = 16;
 
 /// Space between letters and width of a blank [px].
 const SPACING: u32 = 2;
-const BLANK: u32 = 8;
+const BLANK: u32 = 6;
+
+/// Dots that a pixel covers, across and down.
+const ACROSS: usize = 3;
+const DOWN: usize = 2;
 
 /// Square of lit and unlit dots.
 type Dots = Vec<Vec<bool>>;
@@ -44,7 +49,7 @@ pub(super) fn width(text: &str) -> u32 {
 }
 
 fn advance(c: char) -> u32 {
-    if c == ' ' { BLANK } else { glyph(c)[0].len() as u32 / 2 + SPACING }
+    if c == ' ' { BLANK } else { glyph(c)[0].len().div_ceil(ACROSS) as u32 + SPACING }
 }
 
 /// Writes `text` from its top left corner; what does not fit is cut off.
@@ -58,10 +63,11 @@ pub(super) fn draw(picture: &mut RgbImage, (mut left, top): (u32, u32), text: &s
 }
 
 fn draw_glyph(picture: &mut RgbImage, (left, top): (u32, u32), dots: &Dots, colour: [u8; 3]) {
-    for (y, pair) in dots.chunks_exact(2).enumerate() {
-        for x in 0..dots[0].len() / 2 {
-            let lit = [pair[0][2 * x], pair[0][2 * x + 1], pair[1][2 * x], pair[1][2 * x + 1]];
-            let cover = lit.iter().filter(|d| **d).count() as f32 / 4.0;
+    for (y, rows) in dots.chunks_exact(DOWN).enumerate() {
+        for x in 0..dots[0].len().div_ceil(ACROSS) {
+            let lit =
+                rows.iter().flat_map(|row| row.iter().skip(x * ACROSS).take(ACROSS)).filter(|d| **d).count();
+            let cover = lit as f32 / (ACROSS * DOWN) as f32;
             if let Some(Rgb(below)) = picture.get_pixel_mut_checked(left + x as u32, top + y as u32) {
                 for (b, c) in below.iter_mut().zip(colour) {
                     *b = (f32::from(*b) * (1.0 - cover) + f32::from(c) * cover).round() as u8;
