@@ -1,5 +1,6 @@
 //! How far a dataset is: a bar on a terminal, and a last line about the run.
 
+use crate::output;
 use aonet_offline::dataset::{Event, Summary};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -45,16 +46,16 @@ impl Progress {
     pub(super) fn finish(&self, summary: &Summary) {
         self.bar.finish_and_clear();
         let (seconds, rays) = self.cost();
-        eprintln!(
+        output::note(&format!(
             "{} frames made, {} kept, {:.1} s, {:.1} Mray/s, {:.0} % of the views accepted",
             summary.made,
             summary.kept,
             seconds,
             rays as f64 / 1e6 / seconds,
             100.0 * summary.acceptance()
-        );
+        ));
         for (flaw, count) in &summary.flaws {
-            eprintln!("  {count} views dropped: {}", flaw.name());
+            output::note(&format!("  {count} views dropped: {}", flaw.name()));
         }
     }
 }
