@@ -30,8 +30,22 @@ pub(crate) fn upload(weights: &Weights, device: &Device) -> BTreeMap<String, Par
     weights.tensors().iter().map(|(name, tensor)| (name.clone(), of(tensor))).collect()
 }
 
+/// Who computes what takes the time.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Kernels {
+    /// The framework, on any device.
+    Framework,
+    /// [`flex_ops`], on the CPU only.
+    Own,
+}
+
 /// The graph's raw output BxHxW (as Bx1xHxW) for features BxCxHxW whose size is a multiple of its alignment.
-pub(crate) fn forward(graph: &Graph, params: &BTreeMap<String, Param>, features: Tensor<4>) -> Tensor<4> {
+pub(crate) fn forward(
+    graph: &Graph,
+    params: &BTreeMap<String, Param>,
+    features: Tensor<4>,
+    by: Kernels,
+) -> Tensor<4> {
     let mut values: Vec<Tensor<4>> = Vec::with_capacity(graph.nodes().len());
     for node in graph.nodes() {
         let of = |value: &usize| values[*value].clone();
@@ -40,7 +54,7 @@ pub(crate) fn forward(graph: &Graph, params: &BTreeMap<String, Param>, features:
             Op::PatchPartition { input, patch } => patch_partition(of(input), *patch),
             Op::PatchMerge { input, patch } => patch_merge(of(input), *patch),
             Op::Conv { input, name, size, activation } => {
-                let x = conv(of(input), params, name, *size);
+                let x = conv(of(input), (params, name, *size), by);
                 match activation {
                     Activation::Linear => x,
                     Activation::LeakyRelu => leaky_relu(x, f64::from(LEAKY_SLOPE)),
@@ -50,7 +64,7 @@ pub(crate) fn forward(graph: &Graph, params: &BTreeMap<String, Param>, features:
             Op::Upsample2 { input } => upsample_axis(upsample_axis(of(input), 2), 3),
             Op::Concat { first, second } => Tensor::cat(vec![of(first), of(second)], 1),
             Op::KernelPredict { kernels, guide, patch, weights } => {
-                kernel_predict(of(kernels), of(guide), *patch, *weights)
+                kernel_predict((of(kernels), of(guide)), *patch, *weights, by)
             }
         };
         values.push(result);
@@ -58,13 +72,17 @@ pub(crate) fn forward(graph: &Graph, params: &BTreeMap<String, Param>, features:
     values.pop().expect("a graph has an output")
 }
 
-fn conv(x: Tensor<4>, params: &BTreeMap<String, Param>, name: &str, size: usize) -> Tensor<4> {
+fn conv(
+    x: Tensor<4>,
+    (params, name, size): (&BTreeMap<String, Param>, &str, usize),
+    by: Kernels,
+) -> Tensor<4> {
     let (Param::Weight(weight), Param::Bias(bias)) =
         (&params[&format!("{name}.weight")], &params[&format!("{name}.bias")])
     else {
         unreachable!("weights have four axes and biases one")
     };
-    if x.device() == Device::flex() {
+    if by == Kernels::Own {
         return flex_ops::conv(x, weight.clone(), bias.clone());
     }
     let half = size / 2;
@@ -109,7 +127,12 @@ fn patch_merge(x: Tensor<4>, p: usize) -> Tensor<4> {
 }
 
 /// AO-Net §3.3, Eq. 2. Everything stays at the kernels' resolution: pixels of a patch are channels.
-fn kernel_predict(kernels: Tensor<4>, guide: Tensor<4>, patch: usize, weights: KernelWeights) -> Tensor<4> {
+fn kernel_predict(
+    (kernels, guide): (Tensor<4>, Tensor<4>),
+    patch: usize,
+    weights: KernelWeights,
+    by: Kernels,
+) -> Tensor<4> {
     let [b, _, h, w] = kernels.dims();
     let pixels = patch * patch;
     let kernels = match weights {
@@ -119,7 +142,7 @@ fn kernel_predict(kernels: Tensor<4>, guide: Tensor<4>, patch: usize, weights: K
         }
         KernelWeights::Linear | KernelWeights::Off => kernels,
     };
-    if kernels.device() == Device::flex() {
+    if by == Kernels::Own {
         return flex_ops::weigh(kernels, guide);
     }
     let weighed = kernels.reshape([b, pixels, TAPS, h, w]) * neighbourhoods(guide, patch);

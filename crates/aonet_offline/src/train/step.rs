@@ -2,7 +2,7 @@
 
 use super::adam::Gradients;
 use super::loss::Loss;
-use super::net::{self, Param};
+use super::net::{self, Kernels, Param};
 use super::samples::Crop;
 use aonet::net::{Graph, Weights};
 use burn::tensor::{Device, Tensor, TensorData};
@@ -39,11 +39,11 @@ impl Stepper<'_> {
     /// Mean loss and gradient over `crops`. The sums run in the order of the crops whatever the number of workers.
     pub(crate) fn gradients(&self, weights: &Weights, crops: &[Crop]) -> (Losses, Gradients) {
         if self.workers.is_empty() {
-            return self.of_crops(weights, crops);
+            return self.of_crops(weights, crops, Kernels::Framework);
         }
         let share = crops.len().div_ceil(self.workers.len());
         let work: Vec<_> = crops.chunks(share).zip(self.workers).collect();
-        let one = |crop: &Crop| self.of_crops(weights, std::slice::from_ref(crop));
+        let one = |crop: &Crop| self.of_crops(weights, std::slice::from_ref(crop), Kernels::Own);
         let mut results: Vec<Vec<_>> = Vec::new();
         std::thread::scope(|scope| {
             let threads: Vec<_> = work
@@ -57,9 +57,9 @@ impl Stepper<'_> {
         mean(results.into_iter().flatten().collect())
     }
 
-    fn of_crops(&self, weights: &Weights, crops: &[Crop]) -> (Losses, Gradients) {
+    fn of_crops(&self, weights: &Weights, crops: &[Crop], by: Kernels) -> (Losses, Gradients) {
         let params = net::upload(weights, self.device);
-        let visibility = net::forward(self.graph, &params, self.stack(crops, |c| &c.features));
+        let visibility = net::forward(self.graph, &params, self.stack(crops, |c| &c.features), by);
         let visibility = leaky_clamp(visibility, self.leak);
         let foreground = self.stack(crops, |c| &c.foreground);
         let target = self.stack(crops, |c| &c.target) * foreground.clone();

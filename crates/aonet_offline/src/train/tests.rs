@@ -2,6 +2,7 @@
 
 use super::adam::Gradients;
 use super::loss::Loss;
+use super::net::Kernels;
 use super::samples::Crop;
 use super::step::{Stepper, single_threaded_pools};
 use super::{Augment, LossConfig, TrainConfig, TrainDevice, TrainRun, net, train};
@@ -38,12 +39,12 @@ fn features(channels: usize, (height, width): (usize, usize)) -> Planes {
     Planes { channels, height, width, values }
 }
 
-fn through_the_framework(model: &Model, input: &Planes) -> Vec<f32> {
+fn through_the_trainer(model: &Model, input: &Planes, by: Kernels) -> Vec<f32> {
     let device = Device::flex();
     let data = TensorData::new(input.values.clone(), [1, input.channels, input.height, input.width]);
     let params = net::upload(model.weights(), &device.clone().autodiff());
     let input = Tensor::<4>::from_data(data, &device.autodiff());
-    net::forward(model.graph(), &params, input).into_data().try_into_vec().unwrap()
+    net::forward(model.graph(), &params, input, by).into_data().try_into_vec().unwrap()
 }
 
 fn largest_difference(a: &[f32], b: &[f32]) -> f32 {
@@ -56,7 +57,7 @@ fn small(config: ModelConfig) -> ModelConfig {
 }
 
 #[test]
-fn the_framework_agrees_with_the_oracle_for_every_row_of_the_tables() {
+fn the_trainer_agrees_with_the_oracle_for_every_row_of_the_tables() {
     for patch in [1, 4] {
         for kernel in [KernelWeights::Off, KernelWeights::Linear, KernelWeights::Softmax] {
             for features_kind in [Features::Normal, Features::NormalProjectedRadius] {
@@ -65,9 +66,11 @@ fn the_framework_agrees_with_the_oracle_for_every_row_of_the_tables() {
                 let model = model(config, 3);
                 let input = features(features_kind.channels(), (32, 48));
                 let expected = naive::evaluate(&model, input.clone()).values;
-                let found = through_the_framework(&model, &input);
-                let difference = largest_difference(&expected, &found);
-                assert!(difference < AGREEMENT, "{:?}: {difference}", model.config());
+                for by in [Kernels::Framework, Kernels::Own] {
+                    let found = through_the_trainer(&model, &input, by);
+                    let difference = largest_difference(&expected, &found);
+                    assert!(difference < AGREEMENT, "{:?}, {by:?}: {difference}", model.config());
+                }
             }
         }
     }
@@ -81,11 +84,11 @@ fn the_agreement_check_sees_one_changed_weight() {
     tensors.get_mut("dec0.conv1.weight").unwrap().values[11] += 0.05;
     let weights = Weights::new(model.graph(), tensors).unwrap();
     let changed = Model::new(model.config().clone(), weights, TrainingFacts::default()).unwrap();
-    let difference = largest_difference(
-        &naive::evaluate(&model, input.clone()).values,
-        &through_the_framework(&changed, &input),
-    );
-    assert!(difference > 10.0 * AGREEMENT, "{difference}");
+    let expected = naive::evaluate(&model, input.clone()).values;
+    for by in [Kernels::Framework, Kernels::Own] {
+        let difference = largest_difference(&expected, &through_the_trainer(&changed, &input, by));
+        assert!(difference > 10.0 * AGREEMENT, "{by:?}: {difference}");
+    }
 }
 
 fn gradients(model: &Model, crops: &[Crop], workers: usize) -> (f64, Gradients) {
@@ -157,9 +160,25 @@ fn workers_change_nothing() {
     let model = model(small(ModelConfig::paper()), 2);
     let crops = crops(5);
     assert_eq!(gradients(&model, &crops, 1), gradients(&model, &crops, 2));
-    let (whole, _) = gradients(&model, &crops, 0);
-    let (parts, _) = gradients(&model, &crops, 1);
-    assert!((whole - parts).abs() < 1e-5, "{whole} in one batch, {parts} in parts");
+}
+
+/// The framework in one batch against own kernels crop by crop, for every row of the tables.
+#[test]
+fn own_kernels_have_the_gradients_of_the_framework() {
+    let crops = crops(3);
+    for patch in [1, 4] {
+        for kernel in [KernelWeights::Off, KernelWeights::Linear, KernelWeights::Softmax] {
+            let model = model(small(ModelConfig { patch, kernel, ..ModelConfig::paper() }), 2);
+            let (whole, by_framework) = gradients(&model, &crops, 0);
+            let (parts, own) = gradients(&model, &crops, 1);
+            assert!((whole - parts).abs() < 1e-5, "{whole} in one batch, {parts} in parts");
+            for (name, expected) in &by_framework {
+                let largest = expected.iter().fold(0f32, |m, v| m.max(v.abs()));
+                let difference = largest_difference(expected, &own[name]);
+                assert!(difference < 1e-3 * largest, "{name}: {difference} of {largest}");
+            }
+        }
+    }
 }
 
 fn tiny_dataset(dir: &Path) -> Manifest {

@@ -55,6 +55,8 @@ impl Pool {
                 .map_err(|e| Error::value("threads", "threads that can be started", e))?;
             pool.workers.push(worker);
         }
+        // A starting thread allocates: wait for all of them here, not in the first frame.
+        pool.run(&|_| ());
         Ok(pool)
     }
 
