@@ -127,7 +127,11 @@ fn buffers_have_whole_blocks_and_a_halo() {
 fn memory_is_reused_and_traffic_is_counted() {
     let plan = plan(&ModelConfig::paper(), 1280, 720);
     let all: usize = plan.buffers.iter().map(Buffer::len).sum();
-    assert!(2 * plan.arena_len < all, "an arena of {} for {all} values", plan.arena_len);
+    let live_at = |step: usize| plan.buffers.iter().filter(move |b| (b.live.0..=b.live.1).contains(&step));
+    let needed =
+        (0..plan.steps.len()).map(|step| live_at(step).map(Buffer::len).sum::<usize>()).max().unwrap();
+    // First fit wastes 16 % here.
+    assert!(needed < all && plan.arena_len < needed + needed / 4, "{} for {needed} of {all}", plan.arena_len);
     let written: usize = 4 * all + 4 * 1280 * 720;
     assert!(plan.traffic_bytes() > 2 * written && plan.traffic_bytes() < 3 * written);
 }

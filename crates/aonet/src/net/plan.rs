@@ -163,6 +163,10 @@ impl Plan {
         for id in 0..graph.nodes().len() {
             values.push(lowering.node(id, &values));
         }
+        // Without patches and kernels the convolution itself is the image.
+        if let Some(head @ Lowered::Head { .. }) = values.last() {
+            lowering.head(head, 1, KernelWeights::Off);
+        }
         let Lowering { mut buffers, steps, .. } = lowering;
         let arena_len = place(&mut buffers).ok_or_else(|| {
             Error::size("plan", "an image that fits in memory", format!("{width} x {height}"))

@@ -74,15 +74,17 @@ impl Vgg {
 
     /// Sum over the compared layers of the root mean square difference of activations; images are Bx1xHxW in [0, 1].
     pub(crate) fn distance(&self, x: Tensor<4>, y: Tensor<4>) -> Tensor<1> {
-        let distances = self.features(x).into_iter().zip(self.features(y)).map(|(x, y)| {
+        let grey = |image: Tensor<4>| self.features(image.repeat_dim(1, 3));
+        let distances = grey(x).into_iter().zip(grey(y)).map(|(x, y)| {
             let difference = x - y;
             ((difference.clone() * difference).mean() + 1e-12).sqrt()
         });
         distances.reduce(|a, b| a + b).expect("at least one layer is compared")
     }
 
+    /// Activations of the compared layers for RGB images Bx3xHxW in [0, 1].
     fn features(&self, image: Tensor<4>) -> Vec<Tensor<4>> {
-        let mut x = (image.repeat_dim(1, 3) - self.mean.clone()) / self.std.clone();
+        let mut x = (image - self.mean.clone()) / self.std.clone();
         let mut compared = Vec::new();
         for layer in &self.layers {
             if layer.pool_before {
@@ -111,5 +113,46 @@ fn values(file: &SafeTensors<'_>, (path, name): (&Path, &str), shape: &[usize]) 
             Ok(view.data().chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect())
         }
         other => Err(Error::file(path, format!("{name} as f16 or f32"), format!("{other:?}"))),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Mean and standard deviation of the original network's activations on uniform noise of 3x64x64, and the power
+    /// of two by which the stored weights scale them down.
+    const NOISE: [(&str, f64, f64, i32); 4] = [
+        ("relu1_2", 123.514, 158.708, 6),
+        ("relu2_2", 181.103, 350.337, 6),
+        ("relu3_1", 203.393, 359.967, 6),
+        ("relu3_4", 722.516, 1122.477, 8),
+    ];
+
+    #[test]
+    fn noise_excites_the_layers_as_in_the_original_network() {
+        let Some(data) = std::env::var_os("AONET_DATA") else {
+            eprintln!("skipped: AONET_DATA is not set");
+            return;
+        };
+        let path = Path::new(&data).join("vgg19/vgg19_features_unit_f16.safetensors");
+        let device = Device::flex();
+        let vgg = Vgg::load(&path, &NOISE.map(|n| n.0.to_owned()), &device).unwrap();
+        let mut state = 1u64;
+        let noise = (0..3 * 64 * 64).map(|_| {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 40) as f32 / (1u64 << 24) as f32
+        });
+        let image = Tensor::from_data(TensorData::new(noise.collect::<Vec<f32>>(), [1, 3, 64, 64]), &device);
+        for ((name, mean, std, scale), found) in NOISE.into_iter().zip(vgg.features(image)) {
+            let values: Vec<f32> = found.into_data().try_into_vec().unwrap();
+            let n = values.len() as f64;
+            let found_mean = values.iter().map(|v| f64::from(*v)).sum::<f64>() / n;
+            let found_std =
+                (values.iter().map(|v| (f64::from(*v) - found_mean).powi(2)).sum::<f64>() / n).sqrt();
+            let near =
+                |found: f64, expected: f64| (found * f64::from(scale).exp2() / expected - 1.0).abs() < 0.05;
+            assert!(near(found_mean, mean) && near(found_std, std), "{name}: {found_mean} {found_std}");
+        }
     }
 }
