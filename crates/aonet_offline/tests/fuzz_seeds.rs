@@ -67,11 +67,13 @@ fn write_fuzz_seeds() {
     std::fs::write(folder("view").join("orthographic.json"), orthographic).unwrap();
     let view: View = serde_json::from_str(text).unwrap();
     let scenes = vec![SceneSpec::procedural(Kind::Hall, 7, SceneSplit::Train)];
-    let plan = Plan::new(Recipe::preset(Preset::AnyRadius), scenes).unwrap();
+    let mut recipe = Recipe::preset(Preset::AnyRadius);
+    recipe.frames = recipe.frames.kept(|split| scenes.iter().any(|s| s.split.allows(split)));
+    let plan = Plan::new(recipe, scenes).unwrap();
     let mut manifest = serde_json::to_value(plan).unwrap();
     manifest["format"] = json!(FORMAT);
     manifest["tool"] = json!("aonet");
-    manifest["shard"] = json!({"index": 0, "count": 2});
+    manifest["shard"] = json!({"index": 1, "count": 2});
     manifest["frames"] = json!([{"file": "frames/0.exr", "scene": "hall_7", "index": 0, "split": "train",
         "view": view, "radius": 0.7, "spp": 64, "seed": 1}]);
     std::fs::write(folder("manifest").join("one_frame.json"), manifest.to_string()).unwrap();

@@ -5,7 +5,7 @@ use exr::block::chunk::{Chunk, CompressedBlock};
 use exr::block::reader::{ChunksReader, Reader};
 use exr::block::{BlockIndex, UncompressedBlock};
 use exr::math::Vec2;
-use exr::meta::attribute::{AttributeValue, ChannelDescription, SampleType, Text};
+use exr::meta::attribute::{AttributeValue, SampleType, Text};
 use exr::meta::header::Header;
 use exr::meta::{BlockDescription, MetaData};
 use half::slice::HalfFloatSliceExt;
@@ -54,7 +54,7 @@ impl<'a> ExrFile<'a> {
     /// When the bytes are no OpenEXR file, or claim more pixels than their length can hold.
     pub(crate) fn open(bytes: &'a [u8]) -> Result<Self> {
         let reader = guarded(|| exr::block::read(Cursor::new(bytes), false))
-            .map_err(|found| format_error("a file with flat images", found))?;
+            .map_err(|found| format_error("flat images without subsampled channels", found))?;
         let headers = reader.headers();
         let justified_bytes = bytes.len() as u128 * MAX_EXPANSION;
         let claimed: u128 = headers.iter().map(claimed_bytes).sum();
@@ -104,7 +104,7 @@ impl<'a> ExrFile<'a> {
     /// the file does not store.
     ///
     /// # Errors
-    /// When a chunk is missing or damaged, or a channel is subsampled or of integers.
+    /// When a chunk is missing or damaged, or a channel is of integers.
     pub(crate) fn planes(self, wanted: &[(Channel, f32)]) -> Result<Vec<Vec<f32>>> {
         self.check_wanted(wanted)?;
         let (width, height) = self.size;
@@ -124,11 +124,6 @@ impl<'a> ExrFile<'a> {
 
     fn check_wanted(&self, wanted: &[(Channel, f32)]) -> Result<()> {
         for (channel, _) in wanted {
-            let sampling = |c: &&ChannelDescription| c.sampling != Vec2(1, 1);
-            if let Some(c) = self.reader.headers()[channel.part].channels.list.iter().find(sampling) {
-                let found = format!("{} at {}x{}", c.name, c.sampling.0, c.sampling.1);
-                return Err(format_error("no subsampled channels", found));
-            }
             if channel.sample_type == SampleType::U32 {
                 return Err(format_error(format!("half or float in {}", channel.name), "integers"));
             }
