@@ -5,7 +5,7 @@ use aonet_offline::View;
 use aonet_offline::frame::{Frame, FrameHints, NormalSpace};
 use exr::image::write::layers::WritableLayers;
 use exr::prelude::*;
-use glam::{Mat3A, Vec3, Vec3A};
+use glam::{Vec3, Vec3A};
 use half::f16;
 use std::io::Cursor;
 
@@ -66,7 +66,7 @@ fn file(channels: Vec<AnyChannel<FlatSamples>>) -> Vec<u8> {
 
 /// View space to Blender's world: +Z up, where glTF has +Y.
 fn to_blender(camera: &Camera, n: [f32; 3]) -> [f32; 3] {
-    let world_from_view = Mat3A::from(camera.view_from_world.matrix3).transpose();
+    let world_from_view = camera.view_from_world.matrix3.transpose();
     let [x, y, z] = (world_from_view * Vec3A::from(n)).to_array();
     [x, -z, y]
 }

@@ -36,7 +36,7 @@ impl Tile<'_> {
     #[inline(always)]
     pub(super) fn run<S: Simd, const N: usize>(&self, simd: S, out: &mut [f32], (x, pixels): (usize, usize)) {
         match pixels {
-            1 if const { 1 * N <= S::ACCUMULATORS } => self.pixels::<S, N, 1>(simd, out, x),
+            1 if const { N <= S::ACCUMULATORS } => self.pixels::<S, N, 1>(simd, out, x),
             2 if const { 2 * N <= S::ACCUMULATORS } => self.pixels::<S, N, 2>(simd, out, x),
             3 if const { 3 * N <= S::ACCUMULATORS } => self.pixels::<S, N, 3>(simd, out, x),
             4 if const { 4 * N <= S::ACCUMULATORS } => self.pixels::<S, N, 4>(simd, out, x),
