@@ -32,7 +32,13 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
     let facts = match extension.to_str().unwrap_or_default() {
         "safetensors" => model(path)?,
-        "exr" => frame(path).or_else(|why| ao(path).map_err(|_| why))?,
+        "exr" => frame(path).or_else(|why| match ao(path) {
+            Ok(mut facts) => {
+                facts["not_a_frame"] = json!(format!("{why:#}"));
+                Ok(facts)
+            }
+            Err(_) => Err(why),
+        })?,
         "png" => ao(path)?,
         "json" if is_manifest(path)? => dataset(path)?,
         "json" => view(path)?,
