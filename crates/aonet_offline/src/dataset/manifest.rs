@@ -289,6 +289,7 @@ mod tests {
             ("/recipe/radius", json!({"scene_fraction": -1.0}), "radius rule"),
             ("/recipe/radius", json!({"image_fraction": {"min": 0.5, "max": 0.1}}), "radius rule"),
             ("/scenes/0/name", json!("../x"), "scene name"),
+            ("/scenes/0/crease_deg", json!(1e300), "crease angle"),
             ("/scenes/0/source", json!("../x.glb"), "without a folder"),
             ("/scenes/0/source", json!("/x.glb"), "without a folder"),
             ("/scenes/0/source", json!("x.obj"), ".glb"),

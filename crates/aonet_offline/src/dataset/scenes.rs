@@ -103,6 +103,10 @@ impl SceneSpec {
             let what = format!("file of scene {}", self.name);
             return Err(Error::request(what, "a name without a folder", file.display()));
         }
+        if !(0.0..=180.0).contains(&self.crease_deg) {
+            let what = format!("crease angle of scene {}", self.name);
+            return Err(Error::request(what, "0 to 180 degrees", self.crease_deg));
+        }
         let finite = |c: &Candidate| c.eye.iter().chain(&c.target).all(|v| v.is_finite());
         if !self.cameras.iter().all(|c| finite(c) && c.eye != c.target) {
             let what = format!("cameras of scene {}", self.name);
