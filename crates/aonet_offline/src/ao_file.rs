@@ -12,6 +12,9 @@ use image::{ImageBuffer, ImageFormat, ImageReader, Limits, Luma};
 use std::io::Cursor;
 use std::path::Path;
 
+/// The chunk at the end of every PNG: no data, its name, its checksum.
+const PNG_END: &[u8] = b"\0\0\0\0IEND\xae\x42\x60\x82";
+
 /// Writes `image` as `.exr` (channel `ao`, 32-bit) or `.png` (16-bit grey).
 ///
 /// # Errors
@@ -71,6 +74,10 @@ fn from_png(path: &Path, bytes: &[u8]) -> Result<AoImage> {
     limits.max_alloc = Some(bytes.len() as u64 * 1100 + (1 << 20));
     reader.limits(limits);
     let grey = reader.decode().map_err(wrong)?.into_luma16();
+    // The decoder is content with every pixel; a file that was cut is refused all the same.
+    if !bytes.windows(PNG_END.len()).rev().any(|chunk| chunk == PNG_END) {
+        return Err(Error::file(path, "a whole PNG", "no end of image"));
+    }
     let values = grey.as_raw().iter().map(|v| f32::from(*v) / 65535.0).collect();
     AoImage::new(grey.width() as usize, grey.height() as usize, values).map_err(Error::in_file(path))
 }

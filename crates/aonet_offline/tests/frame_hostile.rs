@@ -155,7 +155,10 @@ fn absurd_sizes_are_refused() {
 }
 
 #[test]
-fn other_files_are_refused() {
+fn deep_data_and_other_files_are_refused() {
+    let mut deep = file(Compression::ZIP1, Blocks::ScanLines, false);
+    deep[5] |= 0x08;
+    assert!(load(&deep).is_err());
     for bytes in [&b""[..], b"v/1\x01", b"\x89PNG\r\n\x1a\n", &[0; 4096]] {
         let message = load(bytes).unwrap_err().to_string();
         assert!(message.contains("OpenEXR"), "{message}");

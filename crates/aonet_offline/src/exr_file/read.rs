@@ -18,6 +18,9 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 /// most 1032 into one.
 const MAX_EXPANSION: u128 = 1100;
 
+/// The flag of files with deep data, in byte 5.
+const DEEP: u8 = 0x08;
+
 /// Bytes of planes that any file may ask for: a small region of a large image is padded with background.
 /// guess: enough for a frame of 1920x1080.
 const PADDING_BYTES: u128 = 64 << 20;
@@ -53,6 +56,9 @@ impl<'a> ExrFile<'a> {
     /// # Errors
     /// When the bytes are no OpenEXR file, or claim more pixels than their length can hold.
     pub(crate) fn open(bytes: &'a [u8]) -> Result<Self> {
+        if bytes.get(5).is_some_and(|flags| flags & DEEP != 0) {
+            return Err(format_error("flat images", "deep data"));
+        }
         let reader = guarded(|| exr::block::read(Cursor::new(bytes), false))
             .map_err(|found| format_error("flat images without subsampled channels", found))?;
         let headers = reader.headers();

@@ -20,6 +20,7 @@ fn nmse(found: &[f32], expected: &[f32]) -> f64 {
     let square = |v: f64| v * v;
     let error: f64 = found.iter().zip(expected).map(|(a, b)| square(f64::from(*a) - f64::from(*b))).sum();
     let power: f64 = expected.iter().map(|b| square(f64::from(*b))).sum();
+    assert!(power > 0.0 || found.len() == 1, "nothing to compare with");
     // A single pixel may be clamped to nothing: then it must be nothing.
     if power == 0.0 && error == 0.0 { 0.0 } else { error / power }
 }

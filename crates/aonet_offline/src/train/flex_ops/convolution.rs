@@ -127,7 +127,6 @@ impl Convolution {
                 if let Some(image) = &mut image {
                     let back = &mut back[..k * n];
                     back.fill(0.0);
-                    let error = Matrix { values: slope, rows: self.outputs, columns: n, stride: (area, 1) };
                     let weight = Matrix { values: weight, rows: k, columns: self.outputs, stride: (1, k) };
                     multiply_add(weight, error, back, n);
                     let image = &mut image[item * self.inputs * area..][..self.inputs * area];
@@ -163,6 +162,7 @@ impl Convolution {
 }
 
 /// A matrix inside a slice; `stride` is the distance between its rows and between its columns.
+#[derive(Clone, Copy)]
 struct Matrix<'a> {
     values: &'a [f32],
     rows: usize,
