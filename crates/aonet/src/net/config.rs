@@ -15,23 +15,69 @@ pub enum Features {
     NormalDepthNormalized,
     /// Normal and the AO radius in pixels, log2: 4 channels. One network for any radius and any unit.
     NormalProjectedRadius,
+    /// The same and the occlusion in one slice a pixel: 5 channels. The network denoises and completes it.
+    NormalRadiusSlice,
+    /// Normal and view-space position in world units: 6 channels. What Deep Shading sees.
+    NormalPosition,
 }
 
-impl Features {
-    /// Number of input channels.
-    pub fn channels(self) -> usize {
+/// What one input channel holds.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Channel {
+    /// Component 0, 1 or 2 of the view-space normal; 0 on the background.
+    Normal(u8),
+    /// Component 0, 1 or 2 of the view-space position [world units]; 0 on the background.
+    Position(u8),
+    /// Depth along -Z [world units]; 0 on the background.
+    Depth,
+    /// Depth scaled to [0, 1] over the foreground of the frame; 1 on the background.
+    DepthNormalized,
+    /// (log2(AO radius in pixels) - 5) / 4; the background is infinitely far.
+    ProjectedRadius,
+    /// 1 minus the visibility in one slice, whose direction goes with the pixel's place in a 4x4 tile.
+    SliceOcclusion,
+}
+
+impl Channel {
+    /// Its name in tables and plots.
+    pub fn name(self) -> &'static str {
         match self {
-            Self::Normal => 3,
-            Self::NormalDepth | Self::NormalDepthNormalized | Self::NormalProjectedRadius => 4,
+            Self::Normal(k) => ["normal x", "normal y", "normal z"][usize::from(k)],
+            Self::Position(k) => ["position x", "position y", "position z"][usize::from(k)],
+            Self::Depth => "depth",
+            Self::DepthNormalized => "normalised depth",
+            Self::ProjectedRadius => "projected radius",
+            Self::SliceOcclusion => "slice occlusion",
+        }
+    }
+}
+
+const NORMAL: [Channel; 3] = [Channel::Normal(0), Channel::Normal(1), Channel::Normal(2)];
+
+impl Features {
+    /// The input channels; the first three are the normal.
+    pub fn channels(self) -> &'static [Channel] {
+        const fn and(fourth: Channel) -> [Channel; 4] {
+            [NORMAL[0], NORMAL[1], NORMAL[2], fourth]
+        }
+        match self {
+            Self::Normal => &NORMAL,
+            Self::NormalDepth => const { &and(Channel::Depth) },
+            Self::NormalDepthNormalized => const { &and(Channel::DepthNormalized) },
+            Self::NormalProjectedRadius => const { &and(Channel::ProjectedRadius) },
+            Self::NormalRadiusSlice => {
+                const { &[NORMAL[0], NORMAL[1], NORMAL[2], Channel::ProjectedRadius, Channel::SliceOcclusion] }
+            }
+            Self::NormalPosition => {
+                use Channel::Position;
+                const { &[NORMAL[0], NORMAL[1], NORMAL[2], Position(0), Position(1), Position(2)] }
+            }
         }
     }
 
     /// Whether the AO radius is an input, so that one network serves every radius.
     pub fn sees_radius(self) -> bool {
-        match self {
-            Self::NormalProjectedRadius => true,
-            Self::Normal | Self::NormalDepth | Self::NormalDepthNormalized => false,
-        }
+        self.channels().contains(&Channel::ProjectedRadius)
     }
 }
 

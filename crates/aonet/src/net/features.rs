@@ -1,8 +1,11 @@
 //! Input channels of the network from a G-buffer. AO-Net §3.1.
 
 use crate::ao_image::AoParams;
+use crate::camera::Projection;
 use crate::gbuffer::GBuffer;
-use crate::net::config::Features;
+use crate::net::config::{Channel, Features};
+pub use crate::net::horizon::TILE;
+use crate::net::horizon::Horizons;
 
 /// Range of the projected radius that the network tells apart, log2 [px]: 1/16 px to 65536 px.
 /// Background is infinitely far and gets the lower end.
@@ -14,10 +17,7 @@ const LOG2_PX_MEAN: f32 = 5.0;
 const LOG2_PX_SCALE: f32 = 0.25;
 
 /// Writes CxHxW features, rows of length `row` >= width, planes of `plane` values; the rest of `out` is left alone.
-///
-/// The normal comes first (zero on the background); the fourth channel is, by [`Features`]:
-/// depth (0 on the background), depth scaled to [0, 1] (1 on the background), or
-/// (log2(radius * focal_px / depth) - 5) / 4.
+/// What the channels hold: [`Channel`].
 ///
 /// # Panics
 /// When `out` is too short for the planes.
@@ -28,7 +28,7 @@ pub fn write_features(
     (row, plane): (usize, usize),
 ) {
     let rows = FeatureRows::new(features, gbuffer, params);
-    for c in 0..features.channels() {
+    for c in 0..features.channels().len() {
         for y in 0..gbuffer.height() {
             rows.write((c, y), &mut out[c * plane + y * row..][..gbuffer.width()]);
         }
@@ -38,69 +38,71 @@ pub fn write_features(
 /// The features of a frame, row by row.
 pub(crate) struct FeatureRows<'a> {
     gbuffer: &'a GBuffer,
-    fourth: FourthChannel,
+    channels: &'static [Channel],
+    /// Nearest depth, and one over the range of depths; of the foreground.
+    depth_range: (f32, f32),
+    /// log2 of the radius [px] at depth 1.
+    log2_radius_px: f32,
+    horizons: Horizons<'a>,
 }
 
 impl<'a> FeatureRows<'a> {
     pub(crate) fn new(features: Features, gbuffer: &'a GBuffer, params: AoParams) -> Self {
-        Self { gbuffer, fourth: FourthChannel::new(features, gbuffer, params) }
+        let channels = features.channels();
+        let depth_range = match channels.contains(&Channel::DepthNormalized) {
+            true => depth_range(gbuffer),
+            false => (0.0, 1.0),
+        };
+        let log2_radius_px = gbuffer.camera().projected_px(params.radius, 1.0).log2();
+        Self { gbuffer, channels, depth_range, log2_radius_px, horizons: Horizons::new(gbuffer, params) }
     }
 
     /// Writes row `y` of channel `c`: as many values as `line` has, at most the frame's width.
     pub(crate) fn write(&self, (c, y): (usize, usize), line: &mut [f32]) {
         let first = y * self.gbuffer.width();
-        if c < 3 {
-            for (value, n) in line.iter_mut().zip(&self.gbuffer.normal()[first..]) {
-                *value = n[c];
+        let pixels = line.iter_mut().zip(&self.gbuffer.depth()[first..]).enumerate();
+        match self.channels[c] {
+            Channel::Normal(k) => {
+                let normals = &self.gbuffer.normal()[first..];
+                line.iter_mut().zip(normals).for_each(|(value, n)| *value = n[usize::from(k)]);
             }
-        } else {
-            for (value, &depth) in line.iter_mut().zip(&self.gbuffer.depth()[first..]) {
-                *value = self.fourth.of(depth);
+            Channel::Position(k) => {
+                let camera = self.gbuffer.camera();
+                pixels.for_each(|(x, (value, &depth))| {
+                    let position = || camera.position_view(x, y, depth)[usize::from(k)];
+                    *value = if depth == f32::INFINITY { 0.0 } else { position() };
+                });
             }
+            Channel::Depth => pixels.for_each(|(_, (value, &depth))| {
+                *value = if depth == f32::INFINITY { 0.0 } else { depth };
+            }),
+            Channel::DepthNormalized => {
+                let (near, inverse_range) = self.depth_range;
+                pixels.for_each(|(_, (value, &depth))| {
+                    *value = if depth == f32::INFINITY { 1.0 } else { (depth - near) * inverse_range };
+                });
+            }
+            Channel::ProjectedRadius => pixels.for_each(|(_, (value, &depth))| {
+                *value = self.projected_radius(depth);
+            }),
+            Channel::SliceOcclusion => pixels.for_each(|(x, (value, _))| {
+                *value = 1.0 - self.horizons.visibility(x, y);
+            }),
         }
+    }
+
+    fn projected_radius(&self, depth: f32) -> f32 {
+        let perspective = matches!(self.gbuffer.camera().projection, Projection::Perspective { .. });
+        let log2_depth = if perspective || depth == f32::INFINITY { depth.log2() } else { 0.0 };
+        let (low, high) = LOG2_PX_RANGE;
+        ((self.log2_radius_px - log2_depth).clamp(low, high) - LOG2_PX_MEAN) * LOG2_PX_SCALE
     }
 }
 
-enum FourthChannel {
-    Depth,
-    Normalized { near: f32, inverse_range: f32 },
-    ProjectedRadius { log2_radius_px_at_1: f32, perspective: bool },
-}
-
-impl FourthChannel {
-    fn new(features: Features, gbuffer: &GBuffer, params: AoParams) -> Self {
-        match features {
-            Features::Normal | Features::NormalDepth => Self::Depth,
-            Features::NormalDepthNormalized => {
-                let finite = gbuffer.depth().iter().copied().filter(|d| d.is_finite());
-                let (near, far) = finite.fold((f32::INFINITY, 0f32), |(a, b), d| (a.min(d), b.max(d)));
-                Self::Normalized { near, inverse_range: 1.0 / (far - near).max(f32::MIN_POSITIVE) }
-            }
-            Features::NormalProjectedRadius => {
-                let camera = gbuffer.camera();
-                let perspective = matches!(camera.projection, crate::Projection::Perspective { .. });
-                Self::ProjectedRadius {
-                    log2_radius_px_at_1: camera.projected_px(params.radius, 1.0).log2(),
-                    perspective,
-                }
-            }
-        }
-    }
-
-    fn of(&self, depth: f32) -> f32 {
-        let background = depth == f32::INFINITY;
-        match *self {
-            Self::Depth if background => 0.0,
-            Self::Depth => depth,
-            Self::Normalized { .. } if background => 1.0,
-            Self::Normalized { near, inverse_range } => (depth - near) * inverse_range,
-            Self::ProjectedRadius { log2_radius_px_at_1, perspective } => {
-                let log2_depth = if perspective || background { depth.log2() } else { 0.0 };
-                let (low, high) = LOG2_PX_RANGE;
-                ((log2_radius_px_at_1 - log2_depth).clamp(low, high) - LOG2_PX_MEAN) * LOG2_PX_SCALE
-            }
-        }
-    }
+fn depth_range(gbuffer: &GBuffer) -> (f32, f32) {
+    let finite = gbuffer.depth().iter().copied().filter(|d| d.is_finite());
+    let (near, far) = finite.fold((f32::INFINITY, 0f32), |(a, b), d| (a.min(d), b.max(d)));
+    (near, 1.0 / (far - near).max(f32::MIN_POSITIVE))
 }
 
 /// Repeats the last column and row of every `height` x `width` plane up to `plane / row` x `row`.
@@ -121,7 +123,7 @@ pub(crate) fn repeat_edge(planes: &mut [f32], (width, height): (usize, usize), (
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{Camera, Projection};
+    use crate::Camera;
     use glam::Vec3;
 
     fn frame(projection: Projection, depth: Vec<f32>) -> GBuffer {

@@ -63,7 +63,7 @@ pub fn padded_features(model: &Model, gbuffer: &GBuffer, params: AoParams) -> Pl
     let (width, height) = (gbuffer.width(), gbuffer.height());
     let step = model.graph().alignment();
     let (row, rows) = (width.next_multiple_of(step), height.next_multiple_of(step));
-    let channels = model.config().features.channels();
+    let channels = model.config().features.channels().len();
     let mut values = vec![0.0; channels * rows * row];
     write_features(model.config().features, (gbuffer, params), &mut values, (row, rows * row));
     repeat_edge(&mut values, (width, height), (row, rows * row));

@@ -5,18 +5,22 @@ use crate::dataset::FrameEntry;
 use crate::dataset::Manifest;
 use crate::error::{Error, Result};
 use crate::frame::{Frame, FrameHints};
-use aonet::AoParams;
+use aonet::net::config::Channel;
+use aonet::net::features::{TILE, write_features};
 use aonet::net::Features;
-use aonet::net::features::write_features;
+use aonet::{AoParams, GBuffer};
 use half::f16;
 use rayon::prelude::*;
 
-/// Features and reference of a frame as half floats: 8 or 10 bytes a pixel.
+/// Features and reference of a frame as half floats: two bytes a pixel and channel.
 pub(crate) struct Sample {
     pub(crate) width: usize,
     pub(crate) height: usize,
+    channels: &'static [Channel],
     /// CxHxW.
     features: Vec<f16>,
+    /// HxW slice occlusion of the mirrored frame, if that is a channel: it cannot be mirrored after the fact.
+    mirrored_slices: Vec<f16>,
     /// HxW visibility.
     target: Vec<f16>,
 }
@@ -48,10 +52,28 @@ impl Sample {
         let frame = Frame::load(&path, &hints)?;
         let ao = frame.ao.ok_or_else(|| Error::file(&path, "a channel `ao`", "none"))?;
         let (width, height) = (frame.gbuffer.width(), frame.gbuffer.height());
-        let mut planes = vec![0.0; features.channels() * width * height];
         let params = AoParams::new(entry.radius).map_err(Error::in_file(&path))?;
-        write_features(features, (&frame.gbuffer, params), &mut planes, (width, width * height));
-        Ok(Self { width, height, features: to_half(&planes), target: to_half(ao.visibility()) })
+        let planes = |gbuffer: &GBuffer| {
+            let mut planes = vec![0.0; features.channels().len() * width * height];
+            write_features(features, (gbuffer, params), &mut planes, (width, width * height));
+            to_half(&planes)
+        };
+        let slices = features.channels().iter().position(|c| *c == Channel::SliceOcclusion);
+        let mirrored_slices = match slices {
+            Some(c) => {
+                let mirrored = mirrored(&frame.gbuffer).map_err(Error::in_file(&path))?;
+                planes(&mirrored)[c * width * height..][..width * height].to_vec()
+            }
+            None => Vec::new(),
+        };
+        Ok(Self {
+            width,
+            height,
+            channels: features.channels(),
+            features: planes(&frame.gbuffer),
+            mirrored_slices,
+            target: to_half(ao.visibility()),
+        })
     }
 
     /// Mean visibility over the whole frame.
@@ -59,32 +81,60 @@ impl Sample {
         self.target.iter().map(|v| f64::from(v.to_f32())).sum::<f64>() / self.target.len() as f64
     }
 
-    /// The crop with top-left corner (x, y), turned by `symmetry`.
+    /// The crop whose top-left corner is near (x, y), turned by `symmetry`. Its patches are patches of the frame,
+    /// mirrored or not.
     fn crop(&self, (x, y, side): (usize, usize, usize), symmetry: Symmetry) -> Crop {
-        let plane = self.width * self.height;
-        let channels = self.features.len() / plane;
+        let after = self.width - side - x;
+        let x = if symmetry.mirror { self.width - side - after / TILE * TILE } else { x / TILE * TILE };
+        let y = y / TILE * TILE;
         let area = side * side;
         let mut crop = Crop {
-            features: vec![0.0; channels * area],
+            features: vec![0.0; self.channels.len() * area],
             target: vec![0.0; area],
             foreground: vec![0.0; area],
         };
-        for row in 0..side {
-            for column in 0..side {
-                let (r, c) = symmetry.source(row, column, side);
-                let from = (y + r) * self.width + x + c;
-                let to = row * side + column;
-                let normal = [0, 1, 2].map(|k| self.features[k * plane + from].to_f32());
-                crop.foreground[to] = f32::from(normal != [0.0; 3]);
-                let normal = symmetry.normal(normal);
-                (0..3).for_each(|k| crop.features[k * area + to] = normal[k]);
-                (3..channels)
-                    .for_each(|k| crop.features[k * area + to] = self.features[k * plane + from].to_f32());
-                crop.target[to] = self.target[from].to_f32();
-            }
+        for to in 0..area {
+            let (row, column) = symmetry.source(to / side, to % side, side);
+            let from = (y + row) * self.width + x + column;
+            self.pixel(from, symmetry, |c, value| crop.features[c * area + to] = value);
+            crop.foreground[to] = f32::from((0..3).any(|c| crop.features[c * area + to] != 0.0));
+            crop.target[to] = self.target[from].to_f32();
         }
         crop
     }
+
+    /// Hands out the turned channels of pixel `from`.
+    fn pixel(&self, from: usize, symmetry: Symmetry, mut put: impl FnMut(usize, f32)) {
+        let value = |c: usize| self.features[c * self.width * self.height + from].to_f32();
+        for (c, channel) in self.channels.iter().enumerate() {
+            match channel {
+                Channel::Normal(k) | Channel::Position(k) => {
+                    let first = c - usize::from(*k);
+                    put(c, symmetry.vector([0, 1, 2].map(|k| value(first + k)))[usize::from(*k)]);
+                }
+                Channel::SliceOcclusion if symmetry.mirror => {
+                    let (row, column) = (from / self.width, from % self.width);
+                    put(c, self.mirrored_slices[(row + 1) * self.width - 1 - column].to_f32());
+                }
+                Channel::Depth
+                | Channel::DepthNormalized
+                | Channel::ProjectedRadius
+                | Channel::SliceOcclusion => put(c, value(c)),
+            }
+        }
+    }
+}
+
+/// The frame as seen in a mirror.
+fn mirrored(gbuffer: &GBuffer) -> aonet::Result<GBuffer> {
+    let width = gbuffer.width();
+    let from = |i: usize| i / width * width + width - 1 - i % width;
+    let depth = (0..gbuffer.depth().len()).map(|i| gbuffer.depth()[from(i)]).collect();
+    let normal = (0..gbuffer.depth().len()).map(|i| {
+        let [x, y, z] = gbuffer.normal()[from(i)];
+        [-x, y, z]
+    });
+    GBuffer::new(*gbuffer.camera(), depth, normal.collect())
 }
 
 fn to_half(values: &[f32]) -> Vec<f16> {
@@ -111,8 +161,8 @@ impl Symmetry {
         (row, if self.mirror { last - column } else { column })
     }
 
-    /// The same symmetry on a view-space normal (+x right, +y up).
-    fn normal(self, [x, y, z]: [f32; 3]) -> [f32; 3] {
+    /// The same symmetry on a view-space vector (+x right, +y up).
+    fn vector(self, [x, y, z]: [f32; 3]) -> [f32; 3] {
         let x = if self.mirror { -x } else { x };
         match self.quarter_turns {
             0 => [x, y, z],
@@ -221,7 +271,7 @@ mod tests {
                     height(r as f32, c as f32)
                 };
                 let (dx, dy) = (turned(2, 3) - turned(2, 2), turned(1, 2) - turned(2, 2));
-                let n = s.normal(normal);
+                let n = s.vector(normal);
                 assert!(
                     (n[0] + dx).abs() < 1e-5 && (n[1] + dy).abs() < 1e-5,
                     "{s:?}: {n:?} but slope {dx}, {dy}"

@@ -64,7 +64,7 @@ fn the_trainer_agrees_with_the_oracle_for_every_row_of_the_tables() {
                 let config =
                     small(ModelConfig { patch, kernel, features: features_kind, ..ModelConfig::paper() });
                 let model = model(config, 3);
-                let input = features(features_kind.channels(), (32, 48));
+                let input = features(features_kind.channels().len(), (32, 48));
                 let expected = naive::evaluate(&model, input.clone()).values;
                 for by in [Kernels::Framework, Kernels::Own] {
                     let found = through_the_trainer(&model, &input, by);

@@ -5,7 +5,7 @@ use crate::net::graph::{Activation, Graph, Op, TAPS, ValueId};
 
 /// Builds the graph of a checked configuration.
 pub(crate) fn build(config: &ModelConfig) -> Graph {
-    let (mut graph, input) = Graph::with_input(config.features.channels());
+    let (mut graph, input) = Graph::with_input(config.features.channels().len());
     let patch = config.patch;
     let mut x = if patch > 1 { graph.push(Op::PatchPartition { input, patch }, 0) } else { input };
     let mut skips = Vec::new();
