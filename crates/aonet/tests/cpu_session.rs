@@ -3,7 +3,7 @@
 mod common;
 
 use aonet::net::cpu::{Level, Session};
-use aonet::net::{Features, KernelWeights, Model, ModelConfig, naive};
+use aonet::net::{Features, KernelWeights, Model, ModelConfig, Skips, naive};
 use aonet::{AoImage, GBuffer};
 use common::{assert_close, camera, frame, model, params, small, spread};
 
@@ -46,6 +46,7 @@ fn every_row_of_tables_3_and_4() {
         Features::NormalDepth,
         Features::NormalDepthNormalized,
         Features::NormalProjectedRadius,
+        Features::NormalRadiusSlice,
     ];
     for features in all {
         check(ModelConfig { features, ..ModelConfig::paper() }, (70, 33));
@@ -55,6 +56,13 @@ fn every_row_of_tables_3_and_4() {
             check(ModelConfig { patch, kernel, ..ModelConfig::paper() }, (45, 20));
         }
     }
+    check(ModelConfig { skips: Skips::None, ..ModelConfig::paper() }, (45, 20));
+}
+
+#[test]
+fn baselines() {
+    check(ModelConfig::deep_shading(), (70, 33));
+    check(ModelConfig::deep_ao(), (45, 20));
 }
 
 #[test]

@@ -15,6 +15,7 @@ fn reads(step: &Step) -> Vec<usize> {
         Step::Features { .. } => vec![],
         Step::Conv { sources, .. } => sources.iter().map(|s| s.buffer).collect(),
         Step::Head { input, guide, .. } => vec![*input, *guide],
+        Step::Image { input } => vec![*input],
     }
 }
 
@@ -22,7 +23,7 @@ fn reads(step: &Step) -> Vec<usize> {
 fn writes(step: &Step) -> Option<usize> {
     match step {
         Step::Features { output, .. } | Step::Conv { output, .. } => Some(*output),
-        Step::Head { .. } => None,
+        Step::Head { .. } | Step::Image { .. } => None,
     }
 }
 
@@ -88,10 +89,10 @@ fn the_papers_network_is_features_fourteen_convolutions_and_a_head() {
         .iter()
         .filter_map(|step| match step {
             Step::Conv { sources, .. } => Some(sources.iter().map(|s| s.resample).collect::<Vec<_>>()),
-            Step::Features { .. } | Step::Head { .. } => None,
+            Step::Features { .. } | Step::Head { .. } | Step::Image { .. } => None,
         })
         .collect();
-    let (none, pool, up) = (Resample::None, Resample::AvgPool2, Resample::Upsample2);
+    let (none, pool, up) = (Resample::None, Resample::AvgPool(2), Resample::Upsample2);
     let double = |first: &[Resample]| [first.to_vec(), vec![none]];
     let expected = [
         double(&[none]),

@@ -100,6 +100,21 @@ pub enum KernelWeights {
 pub enum Arch {
     /// U-Net with two 3x3 convolutions a level, optional patches and kernels. AO-Net §3.2–3.3.
     AoNet,
+    /// U-Net of grouped convolutions, one a level. Nalbach et al. 2017, the network for AO.
+    DeepShading,
+    /// U-Net that sees the input again at every level. Zhang et al. 2020.
+    DeepAo,
+}
+
+/// What a decoder level sees of the encoder level of its size.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Skips {
+    /// Its channels, after the upsampled ones.
+    #[default]
+    Concat,
+    /// Nothing: an ablation.
+    None,
 }
 
 /// What a network is, apart from its weights.
@@ -118,6 +133,9 @@ pub struct ModelConfig {
     pub encoder: Vec<usize>,
     /// Channels of each decoder level, coarsest first: one fewer than `encoder`.
     pub decoder: Vec<usize>,
+    /// Skip connections.
+    #[serde(default)]
+    pub skips: Skips,
 }
 
 /// Most levels and channels accepted from a file: keeps arithmetic on sizes far from overflow.
@@ -134,6 +152,31 @@ impl ModelConfig {
             kernel: KernelWeights::Linear,
             encoder: vec![32, 48, 64, 96],
             decoder: vec![64, 48, 32],
+            skips: Skips::Concat,
+        }
+    }
+
+    /// Deep Shading's network for AO. Nalbach et al. 2017.
+    pub fn deep_shading() -> Self {
+        Self {
+            arch: Arch::DeepShading,
+            features: Features::NormalPosition,
+            patch: 1,
+            kernel: KernelWeights::Off,
+            encoder: vec![8, 16, 32, 64, 128, 256],
+            decoder: vec![128, 64, 32, 16, 1],
+            skips: Skips::Concat,
+        }
+    }
+
+    /// DeepAO's network. Zhang et al. 2020.
+    pub fn deep_ao() -> Self {
+        Self {
+            arch: Arch::DeepAo,
+            features: Features::NormalDepth,
+            encoder: vec![4, 8, 16, 32, 32],
+            decoder: vec![16, 8, 4, 4],
+            ..Self::deep_shading()
         }
     }
 
@@ -158,9 +201,20 @@ impl ModelConfig {
             let expected = format!("{} levels, one fewer than encoder", levels - 1);
             return Err(Error::config("decoder", expected, self.decoder.len()));
         }
-        match self.encoder.iter().chain(&self.decoder).find(|w| !(1..=MAX_WIDTH).contains(*w)) {
-            Some(width) => Err(Error::config("widths", format!("1 to {MAX_WIDTH} channels"), width)),
-            None => Ok(self),
+        if let Some(width) = self.encoder.iter().chain(&self.decoder).find(|w| !(1..=MAX_WIDTH).contains(*w)) {
+            return Err(Error::config("widths", format!("1 to {MAX_WIDTH} channels"), width));
+        }
+        let published = match self.arch {
+            Arch::AoNet => return Ok(self),
+            Arch::DeepShading => Self::deep_shading(),
+            Arch::DeepAo => Self::deep_ao(),
+        };
+        match self == published {
+            true => Ok(self),
+            false => {
+                let expected = format!("the published network, {published:?}");
+                Err(Error::config("arch", expected, format!("{self:?}")))
+            }
         }
     }
 }

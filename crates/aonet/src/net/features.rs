@@ -58,6 +58,7 @@ impl<'a> FeatureRows<'a> {
     }
 
     /// Writes row `y` of channel `c`: as many values as `line` has, at most the frame's width.
+    #[inline(always)]
     pub(crate) fn write(&self, (c, y): (usize, usize), line: &mut [f32]) {
         let first = y * self.gbuffer.width();
         let pixels = line.iter_mut().zip(&self.gbuffer.depth()[first..]).enumerate();
@@ -85,9 +86,7 @@ impl<'a> FeatureRows<'a> {
             Channel::ProjectedRadius => pixels.for_each(|(_, (value, &depth))| {
                 *value = self.projected_radius(depth);
             }),
-            Channel::SliceOcclusion => pixels.for_each(|(x, (value, _))| {
-                *value = 1.0 - self.horizons.visibility(x, y);
-            }),
+            Channel::SliceOcclusion => self.horizons.write_occlusion(y, line),
         }
     }
 

@@ -50,7 +50,7 @@ pub enum Op {
         /// Side [px].
         patch: usize,
     },
-    /// `size` x `size` convolution with bias; parameters `{name}.weight` (OIHW) and `{name}.bias` (O).
+    /// `size` x `size` convolution with bias; parameters `{name}.weight` (OIHW, I of one group) and `{name}.bias` (O).
     Conv {
         /// CxHxW.
         input: ValueId,
@@ -58,6 +58,8 @@ pub enum Op {
         name: String,
         /// Side of the filter: 1 or 3.
         size: usize,
+        /// Input and output channels fall into this many groups; an output sees the inputs of its group.
+        groups: usize,
         /// What follows.
         activation: Activation,
     },
@@ -117,6 +119,16 @@ pub struct ParamSpec {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Graph {
     nodes: Vec<Node>,
+    pub(crate) init: Init,
+}
+
+/// How training starts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Init {
+    /// He et al. 2015; the head starts near a bright image.
+    He,
+    /// Narrow normal distributions: Nalbach et al. 2017, from their network files.
+    DeepShading,
 }
 
 impl Graph {
@@ -128,12 +140,14 @@ impl Graph {
         let config = config.clone().checked()?;
         Ok(match config.arch {
             Arch::AoNet => arch::ao_net::build(&config),
+            Arch::DeepShading => arch::deep_shading::build(&config),
+            Arch::DeepAo => arch::deep_ao::build(&config),
         })
     }
 
     /// An empty graph with an input of `channels` channels; for `arch`.
     pub(crate) fn with_input(channels: usize) -> (Self, ValueId) {
-        (Self { nodes: vec![Node { op: Op::Input, channels, stride: 1 }] }, 0)
+        (Self { nodes: vec![Node { op: Op::Input, channels, stride: 1 }], init: Init::He }, 0)
     }
 
     /// Appends an operation and computes its shape; for `arch`.
@@ -172,8 +186,8 @@ impl Graph {
     pub fn params(&self) -> Vec<ParamSpec> {
         let mut params = Vec::new();
         for node in &self.nodes {
-            if let Op::Conv { input, name, size, .. } = &node.op {
-                let shape = vec![node.channels, self.nodes[*input].channels, *size, *size];
+            if let Op::Conv { input, name, size, groups, .. } = &node.op {
+                let shape = vec![node.channels, self.nodes[*input].channels / groups, *size, *size];
                 params.push(ParamSpec { name: format!("{name}.weight"), shape });
                 params.push(ParamSpec { name: format!("{name}.bias"), shape: vec![node.channels] });
             }
@@ -188,9 +202,14 @@ impl Graph {
 
     /// Multiply-accumulates per input pixel, convolutions and kernels.
     pub fn macs_per_pixel(&self) -> f64 {
-        let macs = |node: &Node| match &node.op {
-            Op::Conv { input, size, .. } => {
-                (node.channels * self.nodes[*input].channels * size * size) as f64
+        self.nodes.iter().map(|node| self.node_macs(node)).sum()
+    }
+
+    /// The same of one node.
+    pub fn node_macs(&self, node: &Node) -> f64 {
+        match &node.op {
+            Op::Conv { input, size, groups, .. } => {
+                (node.channels * self.nodes[*input].channels / groups * size * size) as f64
                     / (node.stride * node.stride) as f64
             }
             Op::KernelPredict { .. } => TAPS as f64,
@@ -200,8 +219,7 @@ impl Graph {
             | Op::AvgPool2 { .. }
             | Op::Upsample2 { .. }
             | Op::Concat { .. } => 0.0,
-        };
-        self.nodes.iter().map(macs).sum()
+        }
     }
 }
 
@@ -246,6 +264,15 @@ mod tests {
                 assert_eq!((last.channels, last.stride), (1, 1), "{config:?}");
             }
         }
+    }
+
+    #[test]
+    fn the_baselines_have_their_published_sizes() {
+        let of = |config| Graph::new(&config).unwrap();
+        let (deep_shading, deep_ao) = (of(ModelConfig::deep_shading()), of(ModelConfig::deep_ao()));
+        assert_eq!((deep_shading.params_count(), deep_ao.params_count()), (71_089, 45_405));
+        assert_eq!(deep_shading.macs_per_pixel().round(), 2_547.0);
+        assert_eq!(deep_ao.macs_per_pixel().round(), 3_532.0);
     }
 
     #[test]

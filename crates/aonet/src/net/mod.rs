@@ -14,7 +14,7 @@ pub mod plan;
 pub mod shipped;
 pub mod weights;
 
-pub use config::{Arch, Features, KernelWeights, ModelConfig};
+pub use config::{Arch, Channel, Features, KernelWeights, ModelConfig, Skips};
 pub use graph::{Activation, Graph, Node, Op, ParamSpec, ValueId};
 pub use model::{Model, TrainingFacts};
 pub use weights::{Tensor, Weights};

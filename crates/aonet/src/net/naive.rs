@@ -78,7 +78,7 @@ pub fn evaluate(model: &Model, features: Planes) -> Planes {
             Op::Input => features.clone(),
             Op::PatchPartition { input, patch } => patch_partition(&values[*input], *patch),
             Op::PatchMerge { input, patch } => patch_merge(&values[*input], *patch),
-            Op::Conv { input, name, size, activation } => {
+            Op::Conv { input, name, size, activation, .. } => {
                 let weight = &model.weights().get(&format!("{name}.weight")).values;
                 let bias = &model.weights().get(&format!("{name}.bias")).values;
                 conv(&values[*input], (weight, bias, *size), *activation)
@@ -113,17 +113,20 @@ pub fn patch_merge(input: &Planes, patch: usize) -> Planes {
     })
 }
 
-/// See [`Op::Conv`]. `weight` is OIHW, `bias` is O.
+/// See [`Op::Conv`]. `weight` is OIHW, `bias` is O; the number of groups follows from their sizes.
 pub fn conv(input: &Planes, (weight, bias, size): (&[f32], &[f32], usize), activation: Activation) -> Planes {
     let half = (size / 2) as isize;
     let taps = size * size;
+    let inputs = weight.len() / (bias.len() * taps);
+    let groups = input.channels / inputs;
     Planes::from_fn((bias.len(), input.height, input.width), |o, y, x| {
         let mut sum = f64::from(bias[o]);
-        for i in 0..input.channels {
+        let first = o / (bias.len() / groups) * inputs;
+        for i in 0..inputs {
             for t in 0..taps {
                 let (dy, dx) = ((t / size) as isize - half, (t % size) as isize - half);
-                let w = weight[(o * input.channels + i) * taps + t];
-                sum += f64::from(w) * f64::from(input.at(i, y as isize + dy, x as isize + dx));
+                let w = weight[(o * inputs + i) * taps + t];
+                sum += f64::from(w) * f64::from(input.at(first + i, y as isize + dy, x as isize + dx));
             }
         }
         let sum = sum as f32;

@@ -77,8 +77,8 @@ impl Buffer {
 pub enum Resample {
     /// Nothing.
     None,
-    /// [`Op::AvgPool2`].
-    AvgPool2,
+    /// [`Op::AvgPool2`] one or more times: the mean of squares of this side [px].
+    AvgPool(usize),
     /// [`Op::Upsample2`].
     Upsample2,
 }
@@ -112,6 +112,8 @@ pub enum Step {
         output: BufferId,
         /// Side of the filter: 1 or 3.
         size: usize,
+        /// See [`Op::Conv`].
+        groups: usize,
         /// What follows.
         activation: Activation,
     },
@@ -127,6 +129,11 @@ pub enum Step {
         patch: usize,
         /// How the output is formed.
         kernel: KernelWeights,
+    },
+    /// The first channel, clamped, is the image.
+    Image {
+        /// Blocked, at full resolution.
+        input: BufferId,
     },
 }
 
@@ -163,9 +170,11 @@ impl Plan {
         for id in 0..graph.nodes().len() {
             values.push(lowering.node(id, &values));
         }
-        // Without patches and kernels the convolution itself is the image.
-        if let Some(head @ Lowered::Head { .. }) = values.last() {
-            lowering.head(head, 1, KernelWeights::Off);
+        // Without patches and kernels the last convolution itself is the image.
+        match values.last() {
+            Some(head @ Lowered::Head { .. }) => drop(lowering.head(head, 1, KernelWeights::Off)),
+            Some(Lowered::Sources(sources)) => lowering.image(sources),
+            Some(Lowered::Features(_) | Lowered::Image) | None => {}
         }
         let Lowering { mut buffers, steps, .. } = lowering;
         let arena_len = place(&mut buffers).ok_or_else(|| {
@@ -178,14 +187,14 @@ impl Plan {
     /// Counts f32 activations, not parameters.
     pub fn traffic_bytes(&self) -> usize {
         let bytes = |id: BufferId| self.buffers[id].len() * size_of::<f32>();
+        let image = self.size.0 * self.size.1 * size_of::<f32>();
         let of_step = |step: &Step| match step {
             Step::Features { output, .. } => bytes(*output),
             Step::Conv { sources, output, .. } => {
                 bytes(*output) + sources.iter().map(|s| bytes(s.buffer)).sum::<usize>()
             }
-            Step::Head { input, guide, .. } => {
-                bytes(*input) + bytes(*guide) + self.size.0 * self.size.1 * size_of::<f32>()
-            }
+            Step::Head { input, guide, .. } => bytes(*input) + bytes(*guide) + image,
+            Step::Image { input } => bytes(*input) + image,
         };
         self.steps.iter().map(of_step).sum()
     }
@@ -238,7 +247,7 @@ impl Lowering<'_> {
                 Lowered::Features(1) => Lowered::Features(*patch),
                 _ => panic!("only the features can be partitioned"),
             },
-            Op::Conv { input, name, size, activation } => {
+            Op::Conv { input, name, size, groups, activation } => {
                 let sources = self.sources(&values[*input]);
                 if self.is_head(id) {
                     let [Source { buffer, resample: Resample::None }] = sources[..] else {
@@ -246,9 +255,9 @@ impl Lowering<'_> {
                     };
                     return Lowered::Head { name: name.clone(), input: buffer };
                 }
-                self.conv((name, *size, *activation), id, sources)
+                self.conv((name, *size, *groups, *activation), id, sources)
             }
-            Op::AvgPool2 { input } => resampled(&values[*input], Resample::AvgPool2),
+            Op::AvgPool2 { input } => resampled(&values[*input], Resample::AvgPool(2)),
             Op::Upsample2 { input } => resampled(&values[*input], Resample::Upsample2),
             Op::Concat { first, second } => {
                 let both = [self.sources(&values[*first]), self.sources(&values[*second])];
@@ -265,7 +274,9 @@ impl Lowering<'_> {
     fn is_head(&self, id: ValueId) -> bool {
         let nodes = self.graph.nodes();
         let last = nodes.iter().rposition(|n| matches!(n.op, Op::Conv { .. }));
-        last == Some(id) && matches!(nodes[id].op, Op::Conv { size: 1, activation: Activation::Linear, .. })
+        let plain = |activation: &Activation| *activation == Activation::Linear;
+        last == Some(id)
+            && matches!(&nodes[id].op, Op::Conv { size: 1, groups: 1, activation, .. } if plain(activation))
     }
 
     fn sources(&self, value: &Lowered) -> Vec<Source> {
@@ -276,12 +287,12 @@ impl Lowering<'_> {
         }
     }
 
-    fn conv(&mut self, of: (&str, usize, Activation), id: ValueId, sources: Vec<Source>) -> Lowered {
-        let (name, size, activation) = of;
+    fn conv(&mut self, of: (&str, usize, usize, Activation), id: ValueId, sources: Vec<Source>) -> Lowered {
+        let (name, size, groups, activation) = of;
         let node = &self.graph.nodes()[id];
         let output = self.buffer(Layout::Blocked, node.channels, node.stride);
         sources.iter().for_each(|s| self.read(s.buffer));
-        self.steps.push(Step::Conv { name: name.to_owned(), sources, output, size, activation });
+        self.steps.push(Step::Conv { name: name.to_owned(), sources, output, size, groups, activation });
         Lowered::Sources(vec![Source { buffer: output, resample: Resample::None }])
     }
 
@@ -292,6 +303,12 @@ impl Lowering<'_> {
         let (name, input) = (name.clone(), *input);
         self.steps.push(Step::Head { name, input, guide: FEATURES, patch, kernel });
         Lowered::Image
+    }
+
+    fn image(&mut self, sources: &[Source]) {
+        let [Source { buffer, resample: Resample::None }] = *sources else { panic!("the image is a convolution") };
+        self.read(buffer);
+        self.steps.push(Step::Image { input: buffer });
     }
 
     /// Keeps a buffer until the next step.
@@ -305,6 +322,9 @@ fn resampled(value: &Lowered, resample: Resample) -> Lowered {
         Lowered::Sources(sources) => match sources[..] {
             [Source { buffer, resample: Resample::None }] => {
                 Lowered::Sources(vec![Source { buffer, resample }])
+            }
+            [Source { buffer, resample: Resample::AvgPool(side) }] if resample == Resample::AvgPool(2) => {
+                Lowered::Sources(vec![Source { buffer, resample: Resample::AvgPool(2 * side) }])
             }
             _ => panic!("only convolutions are resampled"),
         },

@@ -1,7 +1,7 @@
 //! Named tensors of one network and their file: safetensors with the configuration in its metadata.
 
 use crate::error::{Error, Result};
-use crate::net::graph::Graph;
+use crate::net::graph::{GUIDE_CHANNELS, Graph, Init, Node, Op, ParamSpec, TAPS};
 use std::collections::BTreeMap;
 
 /// A dense tensor, row-major f32.
@@ -47,22 +47,27 @@ impl Weights {
         }
     }
 
-    /// Random weights for training: He initialisation for LeakyReLU, biases zero. Equal seeds give equal weights.
-    // He et al. 2015, Delving Deep into Rectifiers, §2.2: uniform with variance 2 / fan_in.
+    /// Random weights to start training from, as the topology's authors chose them. Equal seeds give equal weights.
+    // He et al. 2015, Delving Deep into Rectifiers, §2.2: uniform with variance 2 / fan_in, biases zero.
     pub fn init(graph: &Graph, seed: u64) -> Self {
         let mut state = seed;
         let mut unit = move || {
             state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
             (split_mix(state) >> 40) as f32 / (1u64 << 24) as f32
         };
-        let tensors = graph.params().into_iter().map(|spec| {
-            let count: usize = spec.shape.iter().product();
-            let fan_in: usize = spec.shape[1..].iter().product();
-            let bound = if spec.shape.len() > 1 { (6.0 / fan_in as f32).sqrt() } else { 0.0 };
-            let values = (0..count).map(|_| (2.0 * unit() - 1.0) * bound).collect();
-            (spec.name, Tensor { shape: spec.shape, values })
-        });
-        Self { tensors: tensors.collect() }
+        let mut tensors: BTreeMap<_, _> = graph
+            .params()
+            .into_iter()
+            .map(|spec| {
+                let count: usize = spec.shape.iter().product();
+                let spread = if spec.shape.len() > 1 { graph.init.spread(&spec) } else { 0.0 };
+                // Variance 1, as the spread asks for.
+                let values = (0..count).map(|_| (2.0 * unit() - 1.0) * 3f32.sqrt() * spread).collect();
+                (spec.name, Tensor { shape: spec.shape, values })
+            })
+            .collect();
+        brighten_head(graph, &mut tensors);
+        Self { tensors }
     }
 
     /// The tensor called `name`.
@@ -88,6 +93,46 @@ impl Weights {
         self
     }
 }
+
+impl Init {
+    /// Standard deviation of the weights of a convolution.
+    fn spread(self, spec: &ParamSpec) -> f32 {
+        match self {
+            Self::He => (2.0 / spec.shape[1..].iter().product::<usize>() as f32).sqrt(),
+            Self::DeepShading if spec.name.starts_with("down") => 0.011,
+            Self::DeepShading => 0.01,
+        }
+    }
+}
+
+/// Starts near a bright image: kernels over normals, in particular, are slow to find it.
+fn brighten_head(graph: &Graph, tensors: &mut BTreeMap<String, Tensor>) {
+    let (Some(Op::KernelPredict { .. } | Op::PatchMerge { .. } | Op::Conv { .. }), Init::He) =
+        (graph.nodes().last().map(|n| &n.op), graph.init)
+    else {
+        return;
+    };
+    let kernels = matches!(graph.nodes().last(), Some(Node { op: Op::KernelPredict { .. }, .. }));
+    if let Some(weight) = tensors.get_mut("head.weight") {
+        weight.values.iter_mut().for_each(|w| *w *= HEAD_SHRINK);
+    }
+    if let Some(bias) = tensors.get_mut("head.bias") {
+        for (i, b) in bias.values.iter_mut().enumerate() {
+            *b = match (kernels, i % GUIDE_CHANNELS) {
+                (false, _) => BRIGHT,
+                (true, 2) => BRIGHT / MEAN_NORMAL_Z * (GUIDE_CHANNELS * GUIDE_CHANNELS) as f32 / TAPS as f32,
+                (true, _) => 0.0,
+            };
+        }
+    }
+}
+
+/// Visibility of the first image, and the mean z of view-space normals that it is made from: about those of our
+/// training frames. guess
+const BRIGHT: f32 = 0.9;
+const MEAN_NORMAL_Z: f32 = 0.65;
+/// How much smaller than elsewhere the head's weights start. guess
+const HEAD_SHRINK: f32 = 0.1;
 
 /// Finaliser of SplitMix64 (Steele et al. 2014).
 fn split_mix(mut z: u64) -> u64 {

@@ -1,7 +1,7 @@
 //! Frames, models and comparisons for the tests of the runtimes.
 #![allow(dead_code, reason = "each test program uses some of it")]
 
-use aonet::net::{Features, Graph, KernelWeights, Model, ModelConfig, TrainingFacts, Weights};
+use aonet::net::{Arch, Features, Graph, KernelWeights, Model, ModelConfig, TrainingFacts, Weights};
 use aonet::{AoImage, AoParams, Camera, GBuffer, Projection};
 
 /// Numbers in [0, 1) from a seed: xorshift64*.
@@ -50,12 +50,17 @@ pub(crate) fn model(config: ModelConfig, seed: u64) -> Model {
     let mut random = Random::new(seed);
     // Sixteen kernel weights of 0.1 times normals that face the viewer, over three, make 0.5.
     let (head_scale, head_bias) = match config.kernel {
-        KernelWeights::Off => (0.2, 0.5),
-        KernelWeights::Linear => (0.05, 0.1),
-        KernelWeights::Softmax => (1.0, 0.0),
+        KernelWeights::Off => (2.0, 0.5),
+        KernelWeights::Linear => (0.5, 0.1),
+        KernelWeights::Softmax => (10.0, 0.0),
     };
     for (name, tensor) in &mut tensors {
         match name.as_str() {
+            // The last convolution of Deep Shading.
+            "up0.bias" => tensor.values.fill(0.5),
+            name if config.arch == Arch::DeepShading && name.ends_with("weight") => {
+                tensor.values.iter_mut().for_each(|v| *v *= 10.0);
+            }
             "head.weight" => tensor.values.iter_mut().for_each(|v| *v *= head_scale),
             "head.bias" => tensor.values.iter_mut().for_each(|v| *v = head_bias + 0.02 * random.unit()),
             name if name.ends_with("bias") => {

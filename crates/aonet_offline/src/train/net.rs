@@ -53,8 +53,8 @@ pub(crate) fn forward(
             Op::Input => features.clone(),
             Op::PatchPartition { input, patch } => patch_partition(of(input), *patch),
             Op::PatchMerge { input, patch } => patch_merge(of(input), *patch),
-            Op::Conv { input, name, size, activation } => {
-                let x = conv(of(input), (params, name, *size), by);
+            Op::Conv { input, name, size, groups, activation } => {
+                let x = conv(of(input), (params, name, [*size, *groups]), by);
                 match activation {
                     Activation::Linear => x,
                     Activation::LeakyRelu => leaky_relu(x, f64::from(LEAKY_SLOPE)),
@@ -74,7 +74,7 @@ pub(crate) fn forward(
 
 fn conv(
     x: Tensor<4>,
-    (params, name, size): (&BTreeMap<String, Param>, &str, usize),
+    (params, name, [size, groups]): (&BTreeMap<String, Param>, &str, [usize; 2]),
     by: Kernels,
 ) -> Tensor<4> {
     let (Param::Weight(weight), Param::Bias(bias)) =
@@ -86,7 +86,7 @@ fn conv(
         return flex_ops::conv(x, weight.clone(), bias.clone());
     }
     let half = size / 2;
-    let options = ConvOptions::new([1, 1], [0, 0], [1, 1], 1);
+    let options = ConvOptions::new([1, 1], [0, 0], [1, 1], groups);
     conv2d(repeat_edge(x, (half, half)), weight.clone(), Some(bias.clone()), options)
 }
 

@@ -1,6 +1,7 @@
 //! AO-Net §3.2–3.3: a U-Net over patches whose head predicts kernels over the normals.
 
-use crate::net::config::{KernelWeights, ModelConfig};
+use super::conv;
+use crate::net::config::{KernelWeights, ModelConfig, Skips};
 use crate::net::graph::{Activation, Graph, Op, TAPS, ValueId};
 
 /// Builds the graph of a checked configuration.
@@ -19,18 +20,21 @@ pub(crate) fn build(config: &ModelConfig) -> Graph {
     for (i, &channels) in config.decoder.iter().enumerate() {
         let level = config.decoder.len() - 1 - i;
         let up = graph.push(Op::Upsample2 { input: x }, 0);
-        x = graph.push(Op::Concat { first: up, second: skips[level] }, 0);
+        x = match config.skips {
+            Skips::Concat => graph.push(Op::Concat { first: up, second: skips[level] }, 0),
+            Skips::None => up,
+        };
         x = double_conv(&mut graph, x, &format!("dec{level}"), channels);
     }
     match config.kernel {
         KernelWeights::Off => {
-            let x = conv(&mut graph, x, ("head", 1, Activation::Linear), patch * patch);
+            let x = conv(&mut graph, x, ("head", 1, 1, Activation::Linear), patch * patch);
             if patch > 1 {
                 graph.push(Op::PatchMerge { input: x, patch }, 0);
             }
         }
         weights @ (KernelWeights::Linear | KernelWeights::Softmax) => {
-            let kernels = conv(&mut graph, x, ("head", 1, Activation::Linear), patch * patch * TAPS);
+            let kernels = conv(&mut graph, x, ("head", 1, 1, Activation::Linear), patch * patch * TAPS);
             graph.push(Op::KernelPredict { kernels, guide: input, patch, weights }, 0);
         }
     }
@@ -38,11 +42,6 @@ pub(crate) fn build(config: &ModelConfig) -> Graph {
 }
 
 fn double_conv(graph: &mut Graph, input: ValueId, name: &str, channels: usize) -> ValueId {
-    let x = conv(graph, input, (&format!("{name}.conv0"), 3, Activation::LeakyRelu), channels);
-    conv(graph, x, (&format!("{name}.conv1"), 3, Activation::LeakyRelu), channels)
-}
-
-fn conv(graph: &mut Graph, input: ValueId, of: (&str, usize, Activation), channels: usize) -> ValueId {
-    let (name, size, activation) = of;
-    graph.push(Op::Conv { input, name: name.to_owned(), size, activation }, channels)
+    let x = conv(graph, input, (&format!("{name}.conv0"), 3, 1, Activation::LeakyRelu), channels);
+    conv(graph, x, (&format!("{name}.conv1"), 3, 1, Activation::LeakyRelu), channels)
 }

@@ -22,20 +22,20 @@ pub(super) struct Conv {
     slope: f32,
 }
 
-/// Name, inputs, output, filter size and activation of [`crate::net::plan::Step::Conv`].
-pub(super) type ConvStep<'a> = (&'a str, &'a [Source], usize, usize, Activation);
+/// Name, inputs, output, filter size and groups, and activation of [`crate::net::plan::Step::Conv`].
+pub(super) type ConvStep<'a> = (&'a str, &'a [Source], usize, [usize; 2], Activation);
 
 impl Conv {
     /// # Errors
     /// When there is not enough memory.
     pub(super) fn new(plan: &Plan, weights: &Weights, isa: Isa, step: ConvStep<'_>) -> Result<Self> {
-        let (name, sources, output, size, activation) = step;
+        let (name, sources, output, [size, groups], activation) = step;
         let output = plan.buffers[output].clone();
         let input = |s: &Source| Input::new(plan.buffers[s.buffer].clone(), s.resample, output.width);
         let inputs: Vec<_> = sources.iter().map(input).collect();
         let weight = &weights.get(&format!("{name}.weight")).values;
         let bias = &weights.get(&format!("{name}.bias")).values;
-        let groups = conv_weights::pack((weight, bias), &inputs, size, isa)?;
+        let groups = conv_weights::pack((weight, bias), &inputs, [size, groups], isa)?;
         let slope = match activation {
             Activation::Linear => 1.0,
             Activation::LeakyRelu => LEAKY_SLOPE,
@@ -84,7 +84,7 @@ impl Kernel for ConvBand<'_> {
                 let input = &conv.inputs[i];
                 Lines {
                     rows: rows.map(|y| rings[i].row(input, sources[i], y)),
-                    channels: input.buffer.channels,
+                    channels: 0..input.buffer.channels,
                     planar: input.buffer.layout == Layout::Planar,
                 }
             });
@@ -102,6 +102,11 @@ impl Conv {
         for group in &self.groups {
             let (now, later) = rest.split_at_mut(group.vectors * pitch);
             let (weights, bias) = (&*group.weights, &*group.bias);
+            let seen = [0, 1].map(|i| {
+                let i = i.min(inputs.len() - 1);
+                Lines { channels: group.inputs[i].clone(), ..inputs[i] }
+            });
+            let inputs = &seen[..inputs.len()];
             let tile = Tile { inputs, weights, bias, slope: self.slope, size: self.size, width };
             match group.vectors {
                 1 => tiles::<S, 1>(simd, &tile, now),

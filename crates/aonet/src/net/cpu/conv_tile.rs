@@ -2,16 +2,17 @@
 
 use super::simd::Simd;
 use crate::net::plan::HALO;
+use std::ops::Range;
 
 /// Most pixels in a tile.
 pub(super) const MAX_PIXELS: usize = 12;
 
 /// Three neighbouring rows of one input, edges repeated.
-#[derive(Clone, Copy)]
 pub(super) struct Lines<'a> {
     /// Above, at, below.
     pub(super) rows: [&'a [f32]; 3],
-    pub(super) channels: usize,
+    /// Those that are seen; the first is a multiple of the vector's length.
+    pub(super) channels: Range<usize>,
     /// Planar rather than blocked.
     pub(super) planar: bool,
 }
@@ -85,8 +86,8 @@ impl Tile<'_> {
     ) -> &'w [f32] {
         let pitch = (self.width + 2 * HALO) * S::LANES;
         let skip = HALO - self.size / 2;
-        for first in (0..lines.channels).step_by(S::LANES) {
-            let count = (lines.channels - first).min(S::LANES);
+        for first in lines.channels.clone().step_by(S::LANES) {
+            let count = (lines.channels.end - first).min(S::LANES);
             for row in &lines.rows[skip..3 - skip] {
                 let line = &row[first / S::LANES * pitch..][..pitch];
                 for kx in skip..3 - skip {
@@ -120,7 +121,7 @@ impl Tile<'_> {
         let skip = HALO - self.size / 2;
         for row in &lines.rows[skip..3 - skip] {
             for kx in skip..3 - skip {
-                let (taps, rest) = weights.split_at(lines.channels * N * S::LANES);
+                let (taps, rest) = weights.split_at(lines.channels.end * N * S::LANES);
                 for (taps, line) in taps.chunks_exact(N * S::LANES).zip(row.chunks_exact(pitch)) {
                     let pixels = &line[x + kx..][..P];
                     for p in 0..P {

@@ -1,6 +1,8 @@
 //! Features of a frame, padded and partitioned into patches. See [`crate::net::Op::PatchPartition`].
 
 use super::bands::{Band, Workers};
+use super::level::Isa;
+use super::simd::{Kernel, Simd};
 use crate::net::features::FeatureRows;
 use crate::net::plan::{Buffer, HALO};
 
@@ -20,17 +22,14 @@ impl PartitionFeatures {
     }
 
     /// Runs over the arena.
-    pub(super) fn run(&self, features: &FeatureRows<'_>, workers: &mut Workers, arena: &mut [f32]) {
+    pub(super) fn run(&self, isa: Isa, features: &FeatureRows<'_>, workers: &mut Workers, arena: &mut [f32]) {
         let row_len = self.output.row_len();
         workers.for_each_band(&mut arena[self.output.range()], row_len, |band| {
-            let Band { first, values, scratch } = band;
-            let line = &mut scratch[..self.scratch_len()];
-            for (i, row) in values.chunks_exact_mut(row_len).enumerate() {
-                self.row(features, (first + i, line), row);
-            }
+            isa.run(FeatureBand { step: self, features, band });
         });
     }
 
+    #[inline(always)]
     fn row(&self, features: &FeatureRows<'_>, (y, line): (usize, &mut [f32]), row: &mut [f32]) {
         let (patch, (width, height)) = (self.patch, self.size);
         let pitch = self.output.width + 2 * HALO;
@@ -46,6 +45,23 @@ impl PartitionFeatures {
                 plane[0] = plane[HALO];
                 plane[pitch - 1] = plane[pitch - 1 - HALO];
             }
+        }
+    }
+}
+
+struct FeatureBand<'a> {
+    step: &'a PartitionFeatures,
+    features: &'a FeatureRows<'a>,
+    band: Band<'a>,
+}
+
+impl Kernel for FeatureBand<'_> {
+    #[inline(always)]
+    fn run<S: Simd>(self, _: S) {
+        let Band { first, values, scratch } = self.band;
+        let line = &mut scratch[..self.step.scratch_len()];
+        for (i, row) in values.chunks_exact_mut(self.step.output.row_len()).enumerate() {
+            self.step.row(self.features, (first + i, line), row);
         }
     }
 }

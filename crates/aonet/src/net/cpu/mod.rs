@@ -12,6 +12,7 @@ mod conv_weights;
 mod features;
 mod guide_window;
 mod head;
+mod image;
 mod kernel_predict;
 mod level;
 mod patch_merge;

@@ -12,19 +12,28 @@ pub(super) fn repeat_ends<S: Simd>(_: S, row: &mut [f32], width: usize) {
     }
 }
 
-/// See [`crate::net::Op::AvgPool2`]: two rows of twice the width to one of `width`, with its halo.
+/// See [`crate::net::Op::AvgPool2`], once or more: `side` rows of `side` times the width to one of `width`, with its
+/// halo.
 #[inline(always)]
-pub(super) fn avg_pool2<S: Simd>(simd: S, rows: [&[f32]; 2], out: &mut [f32], width: usize) {
-    let [fine, coarse] = [2 * width + 2 * HALO, width + 2 * HALO].map(|pixels| pixels * S::LANES);
-    let (half, quarter) = (2 * S::LANES, simd.splat(0.25));
-    for ((a, b), out) in
-        rows[0].chunks_exact(fine).zip(rows[1].chunks_exact(fine)).zip(out.chunks_exact_mut(coarse))
-    {
-        let pairs = a[S::LANES..].chunks_exact(half).zip(b[S::LANES..].chunks_exact(half));
-        for ((a, b), out) in pairs.zip(out[S::LANES..].chunks_exact_mut(S::LANES).take(width)) {
-            let [a0, a1] = [simd.load(a), simd.load(&a[S::LANES..])];
-            let [b0, b1] = [simd.load(b), simd.load(&b[S::LANES..])];
-            simd.store(simd.mul(quarter, simd.add(simd.add(a0, a1), simd.add(b0, b1))), out);
+pub(super) fn avg_pool<'a, S: Simd>(
+    simd: S,
+    (side, row): (usize, impl Fn(usize) -> &'a [f32]),
+    out: &mut [f32],
+    width: usize,
+) {
+    let [fine, coarse] = [side * width + 2 * HALO, width + 2 * HALO].map(|pixels| pixels * S::LANES);
+    let share = simd.splat(1.0 / (side * side) as f32);
+    for i in 0..side {
+        let lines = row(i).chunks_exact(fine).zip(out.chunks_exact_mut(coarse));
+        for (line, out) in lines {
+            let squares = line[S::LANES..].chunks_exact(side * S::LANES);
+            for (square, out) in squares.zip(out[S::LANES..].chunks_exact_mut(S::LANES).take(width)) {
+                let mut sum = if i == 0 { simd.splat(0.0) } else { simd.load(out) };
+                for pixel in square.chunks_exact(S::LANES) {
+                    sum = simd.add(sum, simd.load(pixel));
+                }
+                simd.store(if i + 1 == side { simd.mul(share, sum) } else { sum }, out);
+            }
         }
     }
     repeat_ends(simd, out, width);

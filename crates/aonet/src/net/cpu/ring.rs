@@ -1,6 +1,6 @@
 //! Inputs of a convolution, row by row: read as they are, or pooled or upsampled just before they are needed.
 
-use super::resample::{avg_pool2, upsample2};
+use super::resample::{avg_pool, upsample2};
 use super::simd::Simd;
 use crate::net::plan::{Buffer, Resample};
 
@@ -27,7 +27,7 @@ impl Input {
     pub(super) fn ring_len(&self) -> usize {
         match self.resample {
             Resample::None => 0,
-            Resample::AvgPool2 | Resample::Upsample2 => RING * self.row_len,
+            Resample::AvgPool(_) | Resample::Upsample2 => RING * self.row_len,
         }
     }
 }
@@ -64,7 +64,7 @@ impl<'a> Ring<'a> {
             let last = input.buffer.height - 1;
             let row = |y: usize| &source[y.min(last) * input.buffer.row_len()..][..input.buffer.row_len()];
             match input.resample {
-                Resample::AvgPool2 => avg_pool2(simd, [row(2 * y), row(2 * y + 1)], out, width),
+                Resample::AvgPool(side) => avg_pool(simd, (side, |i| row(side * y + i)), out, width),
                 Resample::Upsample2 if y % 2 == 0 => {
                     upsample2(simd, [row(y / 2), row((y / 2).saturating_sub(1))], out, width);
                 }
@@ -79,7 +79,7 @@ impl<'a> Ring<'a> {
     pub(super) fn row<'s>(&'s self, input: &Input, source: &'s [f32], y: usize) -> &'s [f32] {
         match input.resample {
             Resample::None => &source[y * input.row_len..][..input.row_len],
-            Resample::AvgPool2 | Resample::Upsample2 => {
+            Resample::AvgPool(_) | Resample::Upsample2 => {
                 &self.values[y % RING * input.row_len..][..input.row_len]
             }
         }

@@ -5,6 +5,7 @@ use super::bands::Workers;
 use super::conv::Conv;
 use super::features::PartitionFeatures;
 use super::head::Head;
+use super::image::Image;
 use super::level::{Isa, Level};
 use crate::ao_image::{AoImage, AoParams};
 use crate::error::{Error, Result};
@@ -33,6 +34,7 @@ enum Prepared {
     Features(PartitionFeatures),
     Conv(Conv),
     Head(Head),
+    Image(Image),
 }
 
 impl Session {
@@ -75,11 +77,12 @@ impl Session {
         let features = FeatureRows::new(self.features, gbuffer, params);
         for step in &self.steps {
             match step {
-                Prepared::Features(step) => step.run(&features, &mut self.workers, &mut self.arena),
+                Prepared::Features(step) => step.run(self.isa, &features, &mut self.workers, &mut self.arena),
                 Prepared::Conv(conv) => conv.run(self.isa, &mut self.workers, &mut self.arena),
                 Prepared::Head(head) => {
                     head.run(self.isa, (&mut self.workers, &self.arena), (gbuffer, image));
                 }
+                Prepared::Image(step) => step.run(self.isa, (&mut self.workers, &self.arena), (gbuffer, image)),
             }
         }
         Ok(())
@@ -105,12 +108,14 @@ impl Prepared {
                 patch: *patch,
                 output: plan.buffers[*output].clone(),
             }),
-            Step::Conv { name, sources, output, size, activation } => {
-                Self::Conv(Conv::new(plan, weights, isa, (name, sources, *output, *size, *activation))?)
+            Step::Conv { name, sources, output, size, groups, activation } => {
+                let shape = [*size, *groups];
+                Self::Conv(Conv::new(plan, weights, isa, (name, sources, *output, shape, *activation))?)
             }
             Step::Head { name, input, guide, patch, kernel } => {
                 Self::Head(Head::new(plan, weights, isa, (name, [*input, *guide], *patch, *kernel))?)
             }
+            Step::Image { input } => Self::Image(Image { input: plan.buffers[*input].clone() }),
         })
     }
 
@@ -119,6 +124,7 @@ impl Prepared {
             Self::Features(step) => step.scratch_len(),
             Self::Conv(conv) => conv.scratch_len(),
             Self::Head(head) => head.scratch_len(isa),
+            Self::Image(_) => 0,
         }
     }
 }

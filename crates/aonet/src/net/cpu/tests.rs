@@ -82,7 +82,7 @@ fn buffers(shapes: &[(Layout, (usize, usize, usize))]) -> (Vec<Buffer>, usize) {
 fn weights(shape: [usize; 4]) -> Weights {
     let (mut graph, input) = Graph::with_input(shape[1]);
     let name = "conv".to_owned();
-    graph.push(Op::Conv { input, name, size: shape[2], activation: Activation::Linear }, shape[0]);
+    graph.push(Op::Conv { input, name, size: shape[2], groups: 1, activation: Activation::Linear }, shape[0]);
     let tensor = |spec: crate::net::ParamSpec| {
         let count = spec.shape.iter().product();
         (spec.name, Tensor { values: (0..count).map(|i| noise(i, count)).collect(), shape: spec.shape })
@@ -93,7 +93,8 @@ fn weights(shape: [usize; 4]) -> Weights {
 fn resample(image: &Planes, how: Resample) -> Planes {
     match how {
         Resample::None => image.clone(),
-        Resample::AvgPool2 => naive::avg_pool2(image),
+        Resample::AvgPool(1) => image.clone(),
+        Resample::AvgPool(side) => resample(&naive::avg_pool2(image), Resample::AvgPool(side / 2)),
         Resample::Upsample2 => naive::upsample2(image),
     }
 }
@@ -102,14 +103,14 @@ fn resample(image: &Planes, how: Resample) -> Planes {
 fn check_conv(
     inputs: &[(Layout, usize, Resample)],
     out: (usize, Activation),
-    size: usize,
+    [size, groups]: [usize; 2],
     shape: (usize, usize),
 ) {
-    let what = format!("{inputs:?} to {out:?}, filter {size}, image {shape:?}");
+    let what = format!("{inputs:?} to {out:?}, filter {size}, {groups} groups, image {shape:?}");
     let (height, width) = shape;
     let input_shape = |c: usize, how: Resample| match how {
         Resample::None => (c, height, width),
-        Resample::AvgPool2 => (c, 2 * height, 2 * width),
+        Resample::AvgPool(side) => (c, side * height, side * width),
         Resample::Upsample2 => (c, height / 2, width / 2),
     };
     let mut shapes: Vec<_> = inputs.iter().map(|(layout, c, how)| (*layout, input_shape(*c, *how))).collect();
@@ -119,14 +120,14 @@ fn check_conv(
     let sources: Vec<_> =
         inputs.iter().enumerate().map(|(buffer, i)| Source { buffer, resample: i.2 }).collect();
     let plan = Plan { size: (width, height), padded: (width, height), buffers, steps: vec![], arena_len };
-    let weights = weights([out.0, inputs.iter().map(|i| i.1).sum(), size, size]);
+    let weights = weights([out.0, inputs.iter().map(|i| i.1).sum::<usize>() / groups, size, size]);
     let resampled = images.iter().zip(inputs).map(|(image, i)| resample(image, i.2));
     let joined = resampled.reduce(|a, b| naive::concat(&a, &b)).unwrap();
     let [w, b] = ["conv.weight", "conv.bias"].map(|name| &weights.get(name).values[..]);
     let expected = naive::conv(&joined, (w, b, size), out.1);
     for level in Level::available() {
         let isa = Isa::new(level).unwrap();
-        let step = ("conv", &sources[..], inputs.len(), size, out.1);
+        let step = ("conv", &sources[..], inputs.len(), [size, groups], out.1);
         let conv = Conv::new(&plan, &weights, isa, step).unwrap();
         let mut arena = Aligned::zeros(arena_len).unwrap();
         arena.fill(f32::NAN);
@@ -149,7 +150,7 @@ fn check_conv(
 fn convolutions() {
     use Activation::{LeakyRelu, Linear};
     use Layout::{Blocked, Planar};
-    use Resample::{AvgPool2, None, Upsample2};
+    use Resample::{AvgPool, None, Upsample2};
     for (inputs, out, size, shape) in [
         (&[(Planar, 3, None)][..], (5, LeakyRelu), 3, (1, 1)),
         (&[(Planar, 48, None)], (32, LeakyRelu), 3, (7, 13)),
@@ -158,26 +159,43 @@ fn convolutions() {
         (&[(Blocked, 17, None)], (33, Linear), 3, (5, 31)),
         (&[(Blocked, 1, None)], (96, LeakyRelu), 3, (2, 25)),
         (&[(Blocked, 15, None)], (64, LeakyRelu), 1, (4, 11)),
-        (&[(Blocked, 20, AvgPool2)], (7, LeakyRelu), 3, (3, 5)),
-        (&[(Blocked, 48, AvgPool2)], (64, LeakyRelu), 3, (9, 1)),
+        (&[(Blocked, 20, AvgPool(2))], (7, LeakyRelu), 3, (3, 5)),
+        (&[(Blocked, 48, AvgPool(2))], (64, LeakyRelu), 3, (9, 1)),
         (&[(Blocked, 9, Upsample2)], (12, Linear), 3, (6, 10)),
         (&[(Blocked, 9, Upsample2), (Blocked, 18, None)], (50, LeakyRelu), 3, (14, 26)),
         (&[(Blocked, 16, Upsample2), (Planar, 3, None)], (16, LeakyRelu), 3, (2, 2)),
-        (&[(Blocked, 33, AvgPool2), (Blocked, 31, AvgPool2)], (16, LeakyRelu), 1, (17, 3)),
+        (&[(Blocked, 33, AvgPool(2)), (Blocked, 31, AvgPool(2))], (16, LeakyRelu), 1, (17, 3)),
     ] {
-        check_conv(inputs, out, size, shape);
+        check_conv(inputs, out, [size, 1], shape);
     }
     for width in 1..=26 {
-        check_conv(&[(Blocked, 5, None)], (40, LeakyRelu), 3, (2, width));
+        check_conv(&[(Blocked, 5, None)], (40, LeakyRelu), [3, 1], (2, width));
+    }
+}
+
+#[test]
+fn grouped_convolutions() {
+    use Activation::{LeakyRelu, Linear};
+    use Layout::{Blocked, Planar};
+    use Resample::{AvgPool, None, Upsample2};
+    for (inputs, out, groups) in [
+        (&[(Planar, 6, None)][..], (8, Linear), 2),
+        (&[(Blocked, 8, AvgPool(2))], (16, LeakyRelu), 2),
+        (&[(Blocked, 32, AvgPool(8))], (64, LeakyRelu), 8),
+        (&[(Blocked, 256, Upsample2), (Blocked, 128, None)], (128, LeakyRelu), 16),
+        (&[(Blocked, 32, Upsample2), (Blocked, 16, None)], (16, LeakyRelu), 2),
+        (&[(Blocked, 21, None), (Planar, 3, None)], (36, LeakyRelu), 12),
+    ] {
+        check_conv(inputs, out, [3, groups], (6, 10));
     }
 }
 
 #[test]
 fn images_of_any_height_are_cut_into_bands() {
     for height in 1..=20 {
-        check_conv(&[(Layout::Blocked, 3, Resample::None)], (4, Activation::Linear), 3, (height, 3));
+        check_conv(&[(Layout::Blocked, 3, Resample::None)], (4, Activation::Linear), [3, 1], (height, 3));
         let up = [(Layout::Blocked, 3, Resample::Upsample2)];
-        check_conv(&up, (4, Activation::Linear), 3, (2 * height, 4));
+        check_conv(&up, (4, Activation::Linear), [3, 1], (2 * height, 4));
     }
 }
 
