@@ -9,6 +9,8 @@ const BLOCK: usize = 1 << 18;
 /// A convolution's sizes.
 pub(super) struct Convolution {
     pub(super) batch: usize,
+    pub(super) groups: usize,
+    /// Channels of one group.
     pub(super) inputs: usize,
     pub(super) outputs: usize,
     pub(super) height: usize,
@@ -20,7 +22,16 @@ pub(super) struct Convolution {
 impl Convolution {
     pub(super) fn of(x: &Values, weight: &Values) -> Self {
         let (x, weight) = (x.layout().shape(), weight.layout().shape());
-        Self { batch: x[0], inputs: x[1], outputs: weight[0], height: x[2], width: x[3], size: weight[2] }
+        let groups = x[1] / weight[1];
+        Self {
+            batch: x[0],
+            groups,
+            inputs: weight[1],
+            outputs: weight[0] / groups,
+            height: x[2],
+            width: x[3],
+            size: weight[2],
+        }
     }
 
     pub(super) fn pixels(&self) -> usize {
@@ -91,7 +102,9 @@ impl Convolution {
     pub(super) fn forward(&self, (x, weight, bias): (&[f32], &[f32], &[f32]), out: &mut [f32]) {
         let (k, area) = (self.unfolded(), self.pixels());
         let mut columns = vec![0.0; self.buffer()];
-        for (x, out) in x.chunks_exact(self.inputs * area).zip(out.chunks_exact_mut(self.outputs * area)) {
+        let images = x.chunks_exact(self.inputs * area).zip(out.chunks_exact_mut(self.outputs * area));
+        for (i, (x, out)) in images.enumerate() {
+            let (weight, bias) = (self.filters_of(i, weight), &bias[i % self.groups * self.outputs..]);
             out.chunks_exact_mut(area).zip(bias).for_each(|(plane, bias)| plane.fill(*bias));
             for (first, rows) in self.blocks() {
                 let n = rows * self.width;
@@ -111,19 +124,21 @@ impl Convolution {
         mut image: Option<Vec<f32>>,
     ) -> (Option<Vec<f32>>, Vec<f32>) {
         let (k, area) = (self.unfolded(), self.pixels());
-        let mut filter = vec![0.0; self.outputs * k];
+        let mut filter = vec![0.0; self.groups * self.outputs * k];
         let mut columns = vec![0.0; self.buffer()];
         let mut back = vec![0.0; if image.is_some() { k * self.block() } else { 0 }];
         for (item, (x, slope)) in
             x.chunks_exact(self.inputs * area).zip(slope.chunks_exact(self.outputs * area)).enumerate()
         {
+            let weight = self.filters_of(item, weight);
+            let filter = &mut filter[item % self.groups * self.outputs * k..][..self.outputs * k];
             for (first, rows) in self.blocks() {
                 let n = rows * self.width;
                 let slope = &slope[first * self.width..];
                 let (columns, stride) = self.columns(x, (first, rows), &mut columns);
                 let error = Matrix { values: slope, rows: self.outputs, columns: n, stride: (area, 1) };
                 let seen = Matrix { values: columns, rows: n, columns: k, stride: (1, stride) };
-                multiply_add(error, seen, &mut filter, k);
+                multiply_add(error, seen, filter, k);
                 if let Some(image) = &mut image {
                     let back = &mut back[..k * n];
                     back.fill(0.0);
@@ -135,6 +150,12 @@ impl Convolution {
             }
         }
         (image, filter)
+    }
+
+    /// The filters of the group that item `i` of all groups of all images belongs to.
+    fn filters_of<'a>(&self, i: usize, weight: &'a [f32]) -> &'a [f32] {
+        let len = self.outputs * self.unfolded();
+        &weight[i % self.groups * len..][..len]
     }
 
     /// Most pixels in a block.

@@ -17,8 +17,8 @@ use burn::tensor::{Tensor, TensorData};
 use convolution::Convolution;
 use neighbours::Neighbours;
 
-/// Convolution BxOxHxW of `x` BxCxHxW with `weight` OIHW, odd and square, and `bias` O; beyond its border the image
-/// repeats its edge. On the CPU only.
+/// Convolution BxOxHxW of `x` BxCxHxW with `weight` OIHW, odd and square, and `bias` O, in C/I groups; beyond its border
+/// the image repeats its edge. On the CPU only.
 pub(super) fn conv(x: Tensor<4>, weight: Tensor<4>, bias: Tensor<1>) -> Tensor<4> {
     let y = Dispatch::edge_conv(x.into_dispatch(), weight.into_dispatch(), bias.into_dispatch());
     Tensor::from_dispatch(y)
@@ -46,9 +46,10 @@ impl GraphOps for Flex {
     fn edge_conv(x: Values, weight: Values, bias: Values) -> Values {
         let (x, weight, bias) = (x.to_contiguous(), weight.to_contiguous(), bias.to_contiguous());
         let shape = Convolution::of(&x, &weight);
-        let mut out = vec![0.0; shape.batch * shape.outputs * shape.pixels()];
+        let outputs = shape.groups * shape.outputs;
+        let mut out = vec![0.0; shape.batch * outputs * shape.pixels()];
         shape.forward((floats(&x), floats(&weight), floats(&bias)), &mut out);
-        tensor(out, [shape.batch, shape.outputs, shape.height, shape.width])
+        tensor(out, [shape.batch, outputs, shape.height, shape.width])
     }
 
     fn weigh_guide(kernels: Values, guide: Values) -> Values {
@@ -101,22 +102,23 @@ impl Backward<Flex, 3> for ConvBackward {
         let slope = grads.consume::<Flex>(&ops.node).to_contiguous();
         let (x, weight) = (ops.state.0.to_contiguous(), ops.state.1.to_contiguous());
         let shape = Convolution::of(&x, &weight);
+        let outputs = shape.groups * shape.outputs;
         let image = of_x.is_some().then(|| vec![0.0; floats(&x).len()]);
         let (image, filter) = shape.backward((floats(&x), floats(&weight)), floats(&slope), image);
         if let (Some(node), Some(image)) = (of_x, image) {
-            let dims = [shape.batch, shape.inputs, shape.height, shape.width];
+            let dims = [shape.batch, shape.groups * shape.inputs, shape.height, shape.width];
             grads.register::<Flex>(node.id, tensor(image, dims));
         }
         if let Some(node) = of_weight {
-            let dims = [shape.outputs, shape.inputs, shape.size, shape.size];
+            let dims = [outputs, shape.inputs, shape.size, shape.size];
             grads.register::<Flex>(node.id, tensor(filter, dims));
         }
         if let Some(node) = of_bias {
-            let mut sums = vec![0.0; shape.outputs];
+            let mut sums = vec![0.0; outputs];
             for (i, plane) in floats(&slope).chunks_exact(shape.pixels()).enumerate() {
-                sums[i % shape.outputs] += plane.iter().sum::<f32>();
+                sums[i % outputs] += plane.iter().sum::<f32>();
             }
-            grads.register::<Flex>(node.id, tensor(sums, [shape.outputs]));
+            grads.register::<Flex>(node.id, tensor(sums, [outputs]));
         }
     }
 }
