@@ -84,6 +84,22 @@ impl State {
     }
 }
 
+/// Steps that the run in `dir` has taken; 0 without a checkpoint.
+///
+/// # Errors
+/// When the checkpoint is broken.
+pub(crate) fn steps_taken(dir: &Path) -> Result<u64> {
+    let path = dir.join(super::CHECKPOINT);
+    if !path.exists() {
+        return Ok(0);
+    }
+    let bytes = std::fs::read(&path).map_err(Error::io(&path))?;
+    let (_, header) =
+        SafeTensors::read_metadata(&bytes).map_err(|e| Error::file(&path, "a training checkpoint", e))?;
+    let step = header.metadata().as_ref().and_then(|facts| facts.get("step")?.parse().ok());
+    step.ok_or_else(|| Error::file(&path, "a training checkpoint with `step`", "none"))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -181,7 +181,7 @@ fn own_kernels_have_the_gradients_of_the_framework() {
     }
 }
 
-fn tiny_dataset(dir: &Path) -> Manifest {
+pub(super) fn tiny_dataset(dir: &Path) -> Manifest {
     let mut recipe = Recipe::preset(Preset::AnyRadius);
     (recipe.width, recipe.height, recipe.spp, recipe.eval_spp) = (64, 64, 64, 64);
     let scenes = vec![
@@ -193,7 +193,7 @@ fn tiny_dataset(dir: &Path) -> Manifest {
     Manifest::load(&dir.join("manifest.json")).unwrap()
 }
 
-fn tiny_config(steps: u64) -> TrainConfig {
+pub(super) fn tiny_config(steps: u64) -> TrainConfig {
     let model = ModelConfig { encoder: vec![24, 32], decoder: vec![24], ..ModelConfig::any_radius() };
     TrainConfig {
         steps,
@@ -207,7 +207,7 @@ fn tiny_config(steps: u64) -> TrainConfig {
     }
 }
 
-fn tiny_run(dir: &Path) -> TrainRun {
+pub(super) fn tiny_run(dir: &Path) -> TrainRun {
     TrainRun {
         dir: dir.to_owned(),
         vgg: None,
