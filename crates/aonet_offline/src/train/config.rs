@@ -17,7 +17,10 @@ pub struct TrainConfig {
     pub batch: usize,
     /// Side of the square crops [px]; a multiple of the network's alignment.
     pub crop: usize,
-    /// Adam's learning rate at the first step; decays to zero along a half cosine. The paper: 1e-3.
+    /// How gradients become changes of the weights.
+    #[serde(default)]
+    pub optimizer: Optimizer,
+    /// Learning rate at the first step; decays to zero along a half cosine. The paper: 1e-3.
     pub learning_rate: f64,
     /// Weights of the loss terms.
     pub loss: LossConfig,
@@ -31,6 +34,18 @@ pub struct TrainConfig {
     pub validation_frames: usize,
     /// Steps between checkpoints.
     pub checkpoint_every: u64,
+}
+
+/// How gradients become changes of the weights.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Optimizer {
+    /// Kingma and Ba 2015, with their constants. The paper's choice.
+    #[default]
+    Adam,
+    /// Zeiler 2012 with decay 0.9, as Deep Shading was trained. It finds its own step sizes: the learning rate is a
+    /// factor on them, 1 in the original.
+    AdaDelta,
 }
 
 /// Eq. 5: `perceptual` is lambda_1, `dssim` is lambda_2. `l1` is ours: SSIM and VGG are weak on absolute brightness.
@@ -65,6 +80,7 @@ impl TrainConfig {
             steps: 40_000,
             batch: 16,
             crop: 256,
+            optimizer: Optimizer::Adam,
             learning_rate: 1e-3,
             loss: LossConfig { dssim: 0.94, perceptual: 0.06, vgg_layers: vec!["relu2_2".into()], l1: 0.0 },
             augment: Augment { mirror: true, roll: 0.25 },

@@ -1,6 +1,6 @@
 //! Training: crops of a dataset in, a model file out. AO-Net §3.4 and §4.1.
 //!
-//! The loop reads top to bottom: draw crops, loss and gradients, Adam, now and then validate and save.
+//! The loop reads top to bottom: draw crops, loss and gradients, a step of the optimiser, now and then validate and save.
 //! A run directory holds `config.json`, `log.jsonl`, `checkpoint.safetensors` (exact state), `best.safetensors`
 //! and `last.safetensors` (models) and `curves.svg`.
 
@@ -20,7 +20,7 @@ mod tests;
 mod validate;
 mod vgg;
 
-pub use config::{Augment, LossConfig, TrainConfig};
+pub use config::{Augment, LossConfig, Optimizer, TrainConfig};
 pub use frames::Frames;
 pub use validate::Scores;
 
@@ -122,10 +122,10 @@ pub fn train_on(
     let checkpoint = run.dir.join(CHECKPOINT);
     let mut state =
         if checkpoint.exists() { State::load(&checkpoint, &graph)? } else { State::new(&graph, config.seed) };
-    let mut log = Log::open(&run.dir, state.adam.step)?;
-    while state.adam.step < config.steps {
+    let mut log = Log::open(&run.dir, state.moments.step)?;
+    while state.moments.step < config.steps {
         course.step(&stepper, &mut state, &mut log)?;
-        let (step, last) = (state.adam.step, state.adam.step == config.steps);
+        let (step, last) = (state.moments.step, state.moments.step == config.steps);
         if step.is_multiple_of(config.validate_every) || last {
             course.validate(&mut state, &mut log)?;
         }
@@ -138,7 +138,7 @@ pub fn train_on(
             break;
         }
     }
-    Ok(state.adam.step)
+    Ok(state.moments.step)
 }
 
 /// The exact state of a run inside its folder.
@@ -155,7 +155,7 @@ struct Course<'a> {
 
 impl Course<'_> {
     fn step(&self, stepper: &Stepper, state: &mut State, log: &mut Log) -> Result<()> {
-        let (config, step) = (self.config, state.adam.step);
+        let (config, step) = (self.config, state.moments.step);
         let draw = |i| samples::draw(&self.frames.samples, config, step, i);
         let crops: Vec<_> = (0..config.batch).map(draw).collect();
         let rate = cosine_decay(config.learning_rate, step, config.steps);
@@ -163,7 +163,7 @@ impl Course<'_> {
         if !losses.total.is_finite() {
             return Err(Error::request(format!("loss at step {step}"), "a finite number", losses.total));
         }
-        let tensors = state.adam.update(&state.weights, &gradients, rate);
+        let tensors = state.moments.update(&state.weights, &gradients, (config.optimizer, rate));
         state.weights = Weights::new(stepper.graph, tensors)?;
         log.step(step + 1, &losses, rate, self.started.elapsed())?;
         (self.events)(TrainEvent::Step(step + 1, losses.total));
@@ -172,7 +172,7 @@ impl Course<'_> {
 
     /// Scores the weights, logs the scores and saves the models.
     fn validate(&self, state: &mut State, log: &mut Log) -> Result<()> {
-        let (step, dir) = (state.adam.step, &self.run.dir);
+        let (step, dir) = (state.moments.step, &self.run.dir);
         let scores = self.frames.validation.score(self.config, &state.weights)?;
         log.validation(step, &scores)?;
         (self.events)(TrainEvent::Validated(step, scores.named()));

@@ -5,7 +5,7 @@ use super::loss::Loss;
 use super::net::Kernels;
 use super::samples::Crop;
 use super::step::{Stepper, single_threaded_pools};
-use super::{Augment, LossConfig, TrainConfig, TrainDevice, TrainRun, net, train};
+use super::{Augment, LossConfig, Optimizer, TrainConfig, TrainDevice, TrainRun, net, train};
 use crate::dataset::{Manifest, Plan, Preset, Recipe, SceneSpec, SceneSplit};
 use crate::scene::procedural::Kind;
 use aonet::net::naive::{self, Planes};
@@ -241,17 +241,20 @@ fn a_run_learns_its_frames_and_leaves_a_usable_model() {
 fn an_interrupted_run_ends_with_the_same_weights() {
     let dir = tempfile::tempdir().unwrap();
     let manifest = [tiny_dataset(&dir.path().join("frames"))];
-    let whole = tiny_run(&dir.path().join("whole"));
-    train(&tiny_config(12), &manifest, &whole, &|_| ()).unwrap();
-    let parts = tiny_run(&dir.path().join("parts"));
-    let at_once = TrainRun { time_limit: Some(std::time::Duration::ZERO), ..parts.clone() };
-    for step in 1..=3 {
-        assert_eq!(train(&tiny_config(12), &manifest, &at_once, &|_| ()).unwrap(), step);
+    for optimizer in [Optimizer::Adam, Optimizer::AdaDelta] {
+        let config = TrainConfig { optimizer, ..tiny_config(12) };
+        let dir = dir.path().join(format!("{optimizer:?}"));
+        let (whole, parts) = (tiny_run(&dir.join("whole")), tiny_run(&dir.join("parts")));
+        train(&config, &manifest, &whole, &|_| ()).unwrap();
+        let at_once = TrainRun { time_limit: Some(std::time::Duration::ZERO), ..parts.clone() };
+        for step in 1..=3 {
+            assert_eq!(train(&config, &manifest, &at_once, &|_| ()).unwrap(), step);
+        }
+        assert_eq!(train(&config, &manifest, &parts, &|_| ()).unwrap(), 12);
+        let model = |run: &TrainRun| std::fs::read(run.dir.join("last.safetensors")).unwrap();
+        assert!(model(&whole) == model(&parts), "{optimizer:?}: weights differ");
+        assert_eq!(losses_in(&whole.dir), losses_in(&parts.dir));
     }
-    assert_eq!(train(&tiny_config(12), &manifest, &parts, &|_| ()).unwrap(), 12);
-    let model = |run: &TrainRun| std::fs::read(run.dir.join("last.safetensors")).unwrap();
-    assert!(model(&whole) == model(&parts), "weights differ");
-    assert_eq!(losses_in(&whole.dir), losses_in(&parts.dir));
 }
 
 #[test]
