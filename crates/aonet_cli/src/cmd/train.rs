@@ -1,24 +1,42 @@
-//! `aonet train`: a dataset and a configuration in, a model out.
+//! `aonet train`: datasets and configurations in, models out.
+
+#[cfg(feature = "train")]
+mod queue;
+#[cfg(feature = "train")]
+mod single;
 
 use anyhow::Result;
 use clap::Parser;
 use std::path::PathBuf;
 
-/// Train a network on one or more datasets.
+/// Train a network, or one after another every network of a folder, on one or more datasets.
 ///
 /// The run directory holds the configuration, log.jsonl, curves.svg, a checkpoint and the best and last models.
-/// A run that was stopped goes on from its checkpoint when the same command is given again.
+/// A run that was stopped goes on from its checkpoint when the same command is given again; of a folder, finished runs
+/// are skipped.
 #[derive(Debug, Parser)]
 #[command(after_help = "Examples:
   aonet train configs/any_radius.json --dataset data/any -o runs/any_radius
-  aonet train configs/paper.json --dataset data/paper -o runs/paper --vgg vgg19.safetensors --device cuda")]
+  aonet train configs/paper.json --dataset data/paper -o runs/paper --vgg vgg19.safetensors --device cuda
+  aonet train --all configs/rows --dataset data/any -o runs --seeds 1,2")]
 pub(crate) struct Args {
     /// Training configuration (JSON).
-    pub(crate) config: PathBuf,
+    #[arg(required_unless_present = "all")]
+    pub(crate) config: Option<PathBuf>,
+    /// Train every *.json of this folder instead, sorted by name.
+    #[arg(long, value_name = "DIR", conflicts_with = "config")]
+    pub(crate) all: Option<PathBuf>,
+    /// With --all: all configurations with the first seed, then all with the next [default: each one's own].
+    #[arg(long, value_delimiter = ',', requires = "all")]
+    pub(crate) seeds: Vec<u64>,
+    /// With --all: these configurations only (file names without .json).
+    #[arg(long, value_name = "NAME", value_delimiter = ',', requires = "all")]
+    pub(crate) only: Vec<String>,
     /// Dataset folder or manifest. May be repeated.
     #[arg(long, required = true, value_name = "MANIFEST")]
     pub(crate) dataset: Vec<PathBuf>,
-    /// Run directory; made if missing, resumed if it holds a checkpoint.
+    /// Run directory; made if missing, resumed if it holds a checkpoint. With --all: the folder of the run directories
+    /// NAME, or NAME-SEED for a seed that is not the configuration's own.
     #[arg(short, long)]
     pub(crate) output: PathBuf,
     /// VGG-19 weights for the perceptual term (safetensors, torchvision's names `features.0.weight` ...);
@@ -37,118 +55,32 @@ pub(crate) struct Args {
     /// What to write into the model about the code's version, such as a commit.
     #[arg(long, default_value = "")]
     pub(crate) commit: String,
+    /// With --all: print the table as JSON.
+    #[arg(long, requires = "all")]
+    pub(crate) json: bool,
 }
 
 /// Runs the command.
 ///
 /// # Errors
-/// When a file is broken or this build cannot train.
+/// When this build cannot train.
 #[cfg(not(feature = "train"))]
 pub(crate) fn run(args: Args) -> Result<()> {
     anyhow::bail!(
         "cannot train {}: this program was built without training; build it with `cargo build --release --features train`",
-        args.config.display()
+        args.config.or(args.all).unwrap_or_default().display()
     )
 }
 
 /// Runs the command.
 ///
 /// # Errors
-/// When a file is broken or the device is missing.
+/// When a file is broken, the device is missing, or a run of a folder failed.
 #[cfg(feature = "train")]
 pub(crate) fn run(args: Args) -> Result<()> {
-    training::run(&args)
-}
-
-#[cfg(feature = "train")]
-mod training {
-    use super::Args;
-    use crate::output;
-    use anyhow::{Context, Result, bail};
-    use aonet::net::TrainingFacts;
-    use aonet_offline::dataset::Manifest;
-    use aonet_offline::train::{TrainConfig, TrainDevice, TrainEvent, TrainRun, train};
-    use indicatif::{ProgressBar, ProgressStyle};
-    use std::time::Duration;
-
-    pub(super) fn run(args: &Args) -> Result<()> {
-        let config = TrainConfig::load(&args.config)?;
-        let manifests = args.dataset.iter().map(|p| Manifest::load(p)).collect::<Result<Vec<_>, _>>()?;
-        let run = TrainRun {
-            dir: args.output.clone(),
-            vgg: args.vgg.clone(),
-            device: device(args)?,
-            time_limit: args
-                .stop_after
-                .map(|m| Duration::try_from_secs_f64(60.0 * m))
-                .transpose()
-                .context("--stop-after")?,
-            facts: facts(args, &manifests),
-        };
-        let bar = ProgressBar::new(config.steps);
-        let style = "{msg:28} {wide_bar} {pos}/{len}, {eta} left";
-        bar.set_style(ProgressStyle::with_template(style).unwrap_or_else(|_| ProgressStyle::default_bar()));
-        let steps = train(&config, &manifests, &run, &|event| show(&bar, event))?;
-        bar.finish_and_clear();
-        output::note(&format!("{steps} of {} steps", config.steps));
-        output::text(&format!("{}\n", args.output.join("best.safetensors").display()))
-    }
-
-    fn device(args: &Args) -> Result<TrainDevice> {
-        let cores = || std::thread::available_parallelism().map_or(1, usize::from);
-        match args.device.as_str() {
-            "flex" => Ok(TrainDevice::Flex { threads: args.threads.unwrap_or_else(cores).max(1) }),
-            #[cfg(feature = "cuda")]
-            "cuda" => Ok(TrainDevice::Cuda),
-            other => {
-                bail!("device {other}: this program was built without it; build with `--features {other}`")
-            }
-        }
-    }
-
-    fn facts(args: &Args, manifests: &[Manifest]) -> TrainingFacts {
-        let command: Vec<String> = std::env::args().skip(1).collect();
-        let described: Vec<_> = manifests.iter().map(describe).collect();
-        let radius: Vec<_> = manifests.iter().map(|m| format!("{:?}", m.plan.recipe.radius)).collect();
-        TrainingFacts {
-            dataset: described.join("; "),
-            radius: radius.join("; "),
-            command: format!("aonet {}", command.join(" ")),
-            commit: args.commit.clone(),
-            ..TrainingFacts::default()
-        }
-    }
-
-    fn describe(manifest: &Manifest) -> String {
-        let recipe = &manifest.plan.recipe;
-        format!(
-            "{:?}, {} scenes, {}x{}, {} rays per pixel, seed {}",
-            recipe.preset,
-            manifest.plan.scenes.len(),
-            recipe.width,
-            recipe.height,
-            recipe.spp,
-            recipe.seed
-        )
-    }
-
-    fn show(bar: &ProgressBar, event: TrainEvent) {
-        match event {
-            TrainEvent::Loaded(done, total) => bar.set_message(format!("frame {done}/{total}")),
-            TrainEvent::Step(step, loss) => {
-                bar.set_position(step);
-                bar.set_message(format!("loss {loss:.4}"));
-            }
-            TrainEvent::Validated(step, scores) => {
-                let scores: Vec<_> =
-                    scores.iter().map(|(name, value)| format!("{name} {value:.4}")).collect();
-                bar.suspend(|| output::note(&format!("step {step}: validation {}", scores.join(", "))));
-            }
-            TrainEvent::NoPerceptualTerm => {
-                bar.suspend(|| {
-                    output::note("no VGG-19 weights given (--vgg): the perceptual term of the loss is off")
-                });
-            }
-        }
+    match (&args.all, &args.config) {
+        (Some(configs), _) => queue::run(&args, configs),
+        (None, Some(config)) => single::run(&args, config),
+        (None, None) => anyhow::bail!("a configuration or --all is needed"),
     }
 }

@@ -1,25 +1,23 @@
-//! Adam on host vectors, so that a checkpoint is plain tensors and resuming is exact on every device.
-// Kingma and Ba 2015, Algorithm 1.
+//! Optimisers on host vectors, so that a checkpoint is plain tensors and resuming is exact on every device.
 
+use super::config::Optimizer;
 use aonet::net::{Tensor, Weights};
 use std::collections::BTreeMap;
-
-const BETA1: f64 = 0.9;
-const BETA2: f64 = 0.999;
-const EPSILON: f64 = 1e-8;
 
 /// Gradients by parameter name, in the parameters' layout.
 pub(crate) type Gradients = BTreeMap<String, Vec<f32>>;
 
-/// First and second moments of every parameter, and the number of steps taken.
+/// Two running means for every weight, and the number of steps taken.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Adam {
+pub(crate) struct Moments {
     pub(crate) step: u64,
+    /// Adam: of the gradients. AdaDelta: of the squared changes, before the learning rate.
     pub(crate) mean: Gradients,
+    /// Of the squared gradients.
     pub(crate) square: Gradients,
 }
 
-impl Adam {
+impl Moments {
     pub(crate) fn new(weights: &Weights) -> Self {
         let zeros = |(name, tensor): (&String, &Tensor)| (name.clone(), vec![0.0; tensor.values.len()]);
         let mean: Gradients = weights.tensors().iter().map(zeros).collect();
@@ -31,11 +29,10 @@ impl Adam {
         &mut self,
         weights: &Weights,
         gradients: &Gradients,
-        rate: f64,
+        (optimizer, rate): (Optimizer, f64),
     ) -> BTreeMap<String, Tensor> {
         self.step += 1;
-        let power = self.step.min(i32::MAX as u64) as i32;
-        let (bias1, bias2) = (1.0 - BETA1.powi(power), 1.0 - BETA2.powi(power));
+        let adam = Adam::at(self.step);
         let mut tensors = weights.tensors().clone();
         for (name, tensor) in &mut tensors {
             let mean = self.mean.get_mut(name).expect("a moment for every parameter");
@@ -43,14 +40,52 @@ impl Adam {
             let moments = mean.iter_mut().zip(square);
             for ((w, (m, s)), g) in tensor.values.iter_mut().zip(moments).zip(&gradients[name]) {
                 let g = f64::from(*g);
-                *m = (BETA1 * f64::from(*m) + (1.0 - BETA1) * g) as f32;
-                *s = (BETA2 * f64::from(*s) + (1.0 - BETA2) * g * g) as f32;
-                let change = f64::from(*m) / bias1 / ((f64::from(*s) / bias2).sqrt() + EPSILON);
+                let change = match optimizer {
+                    Optimizer::Adam => adam.change(m, s, g),
+                    Optimizer::AdaDelta => ada_delta(m, s, g),
+                };
                 *w -= (rate * change) as f32;
             }
         }
         tensors
     }
+}
+
+/// A step of Adam. Kingma and Ba 2015, Algorithm 1, with its constants.
+struct Adam {
+    /// What the moments lack because they began at zero.
+    bias: (f64, f64),
+}
+
+impl Adam {
+    const BETA1: f64 = 0.9;
+    const BETA2: f64 = 0.999;
+    const EPSILON: f64 = 1e-8;
+
+    fn at(step: u64) -> Self {
+        let power = step.min(i32::MAX as u64) as i32;
+        Self { bias: (1.0 - Self::BETA1.powi(power), 1.0 - Self::BETA2.powi(power)) }
+    }
+
+    fn change(&self, mean: &mut f32, square: &mut f32, g: f64) -> f64 {
+        *mean = (Self::BETA1 * f64::from(*mean) + (1.0 - Self::BETA1) * g) as f32;
+        *square = (Self::BETA2 * f64::from(*square) + (1.0 - Self::BETA2) * g * g) as f32;
+        f64::from(*mean) / self.bias.0 / ((f64::from(*square) / self.bias.1).sqrt() + Self::EPSILON)
+    }
+}
+
+/// Weight of the past in AdaDelta's means, as in Deep Shading's solver (its `momentum`); Zeiler tries 0.9 to 0.99.
+const DECAY: f64 = 0.9;
+/// Zeiler 2012, §4.1; sets the size of the first changes.
+const ADA_DELTA_EPSILON: f64 = 1e-6;
+
+/// A change of AdaDelta. Zeiler 2012, Algorithm 1; the learning rate is a factor outside of it, as in Caffe.
+fn ada_delta(changes: &mut f32, square: &mut f32, g: f64) -> f64 {
+    *square = (DECAY * f64::from(*square) + (1.0 - DECAY) * g * g) as f32;
+    let ratio = (f64::from(*changes) + ADA_DELTA_EPSILON) / (f64::from(*square) + ADA_DELTA_EPSILON);
+    let change = ratio.sqrt() * g;
+    *changes = (DECAY * f64::from(*changes) + (1.0 - DECAY) * change * change) as f32;
+    change
 }
 
 /// Half a cosine from `initial` at step 0 to zero at `steps`.
@@ -63,8 +98,7 @@ mod tests {
     use super::*;
     use aonet::net::{Graph, KernelWeights, ModelConfig};
 
-    #[test]
-    fn the_first_step_moves_every_weight_by_the_rate_against_its_gradient() {
+    fn graph() -> Graph {
         let config = ModelConfig {
             encoder: vec![1],
             decoder: vec![],
@@ -72,14 +106,44 @@ mod tests {
             patch: 1,
             ..ModelConfig::paper()
         };
-        let weights = Weights::init(&Graph::new(&config).unwrap(), 3);
-        let gradients: Gradients =
-            weights.tensors().iter().map(|(n, t)| (n.clone(), vec![-0.02; t.values.len()])).collect();
-        let mut adam = Adam::new(&weights);
-        let after = adam.update(&weights, &gradients, 0.1);
+        Graph::new(&config).unwrap()
+    }
+
+    fn gradients(weights: &Weights, value: f32) -> Gradients {
+        weights.tensors().iter().map(|(n, t)| (n.clone(), vec![value; t.values.len()])).collect()
+    }
+
+    #[test]
+    fn adams_first_step_moves_every_weight_by_the_rate_against_its_gradient() {
+        let weights = Weights::init(&graph(), 3);
+        let by = (Optimizer::Adam, 0.1);
+        let after = Moments::new(&weights).update(&weights, &gradients(&weights, -0.02), by);
         for (name, tensor) in &after {
             for (new, old) in tensor.values.iter().zip(&weights.get(name).values) {
                 assert!((new - old - 0.1).abs() < 1e-5, "{name}: {old} -> {new}");
+            }
+        }
+    }
+
+    /// With e = 1e-6 and gradients g, then h: the first change is u = g sqrt(e / (0.1 g² + e)), the second
+    /// h sqrt((0.1 u² + e) / (0.09 g² + 0.1 h² + e)).
+    #[test]
+    fn ada_deltas_first_two_steps_have_the_closed_form() {
+        let (g, h, e) = (-0.02f64, 0.05f64, 1e-6f64);
+        let first = g * (e / (0.1 * g * g + e)).sqrt();
+        let second = h * ((0.1 * first * first + e) / (0.09 * g * g + 0.1 * h * h + e)).sqrt();
+        let before = Weights::init(&graph(), 3);
+        let mut moments = Moments::new(&before);
+        let mut weights = before.clone();
+        for gradient in [g, h] {
+            let gradients = gradients(&weights, gradient as f32);
+            let tensors = moments.update(&weights, &gradients, (Optimizer::AdaDelta, 2.0));
+            weights = Weights::new(&graph(), tensors).unwrap();
+        }
+        let expected = -2.0 * (first + second);
+        for (name, tensor) in weights.tensors() {
+            for (new, old) in tensor.values.iter().zip(&before.get(name).values) {
+                assert!((f64::from(new - old) - expected).abs() < 1e-6, "{name}: {old} -> {new}");
             }
         }
     }

@@ -1,6 +1,6 @@
 //! A training run on disk: exact state to resume from, and models to use.
 
-use super::adam::{Adam, Gradients};
+use super::adam::{Gradients, Moments};
 use crate::atomic_file;
 use crate::error::{Error, Result};
 use aonet::net::{Graph, Tensor, Weights};
@@ -12,7 +12,7 @@ use std::path::Path;
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct State {
     pub(crate) weights: Weights,
-    pub(crate) adam: Adam,
+    pub(crate) moments: Moments,
     /// Lowest validation loss so far.
     pub(crate) best: f64,
 }
@@ -20,7 +20,7 @@ pub(crate) struct State {
 impl State {
     pub(crate) fn new(graph: &Graph, seed: u64) -> Self {
         let weights = Weights::init(graph, seed);
-        Self { adam: Adam::new(&weights), weights, best: f64::INFINITY }
+        Self { moments: Moments::new(&weights), weights, best: f64::INFINITY }
     }
 
     /// Writes the state; the file is replaced in one step.
@@ -31,8 +31,8 @@ impl State {
         let mut entries = Vec::new();
         for (name, tensor) in self.weights.tensors() {
             let moments = [
-                ("mean", &self.adam.mean[name]),
-                ("square", &self.adam.square[name]),
+                ("mean", &self.moments.mean[name]),
+                ("square", &self.moments.square[name]),
                 ("weight", &tensor.values),
             ];
             for (kind, values) in moments {
@@ -45,7 +45,7 @@ impl State {
             .iter()
             .map(|(name, shape, bytes)| Ok((name, TensorView::new(Dtype::F32, shape.clone(), bytes)?)));
         let views: Vec<_> = views.collect::<std::result::Result<_, _>>().map_err(wrong)?;
-        let facts = [("step", self.adam.step.to_string()), ("best", self.best.to_string())];
+        let facts = [("step", self.moments.step.to_string()), ("best", self.best.to_string())];
         let facts: HashMap<_, _> = facts.into_iter().map(|(k, v)| (k.to_owned(), v)).collect();
         atomic_file::write(path, &safetensors::serialize(views, Some(facts)).map_err(wrong)?)
     }
@@ -76,16 +76,33 @@ impl State {
         }
         let mut fitting =
             |kind| Weights::new(graph, groups.remove(kind).unwrap_or_default()).map_err(Error::in_file(path));
-        let moments = |w: Weights| -> Gradients {
+        let values_of = |w: Weights| -> Gradients {
             w.tensors().iter().map(|(n, t)| (n.clone(), t.values.clone())).collect()
         };
-        let adam = Adam { step, mean: moments(fitting("mean")?), square: moments(fitting("square")?) };
-        Ok(Self { weights: fitting("weight")?, adam, best })
+        let (mean, square) = (values_of(fitting("mean")?), values_of(fitting("square")?));
+        Ok(Self { weights: fitting("weight")?, moments: Moments { step, mean, square }, best })
     }
+}
+
+/// Steps that the run in `dir` has taken; 0 without a checkpoint.
+///
+/// # Errors
+/// When the checkpoint is broken.
+pub(crate) fn steps_taken(dir: &Path) -> Result<u64> {
+    let path = dir.join(super::CHECKPOINT);
+    if !path.exists() {
+        return Ok(0);
+    }
+    let bytes = std::fs::read(&path).map_err(Error::io(&path))?;
+    let (_, header) =
+        SafeTensors::read_metadata(&bytes).map_err(|e| Error::file(&path, "a training checkpoint", e))?;
+    let step = header.metadata().as_ref().and_then(|facts| facts.get("step")?.parse().ok());
+    step.ok_or_else(|| Error::file(&path, "a training checkpoint with `step`", "none"))
 }
 
 #[cfg(test)]
 mod tests {
+    use super::super::config::Optimizer;
     use super::*;
     use aonet::net::ModelConfig;
 
@@ -94,8 +111,8 @@ mod tests {
         let small = ModelConfig { encoder: vec![2, 3], decoder: vec![2], ..ModelConfig::paper() };
         let graph = Graph::new(&small).unwrap();
         let mut state = State::new(&graph, 5);
-        let gradients = state.adam.mean.iter().map(|(n, v)| (n.clone(), vec![0.5; v.len()])).collect();
-        let tensors = state.adam.update(&state.weights, &gradients, 1e-3);
+        let gradients = state.moments.mean.iter().map(|(n, v)| (n.clone(), vec![0.5; v.len()])).collect();
+        let tensors = state.moments.update(&state.weights, &gradients, (Optimizer::Adam, 1e-3));
         state = State { weights: Weights::new(&graph, tensors).unwrap(), best: 0.123_456_789, ..state };
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("c.safetensors");

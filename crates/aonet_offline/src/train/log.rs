@@ -78,6 +78,26 @@ impl Log {
     }
 }
 
+/// Step and scores of the validation with the lowest loss in the log of `dir`; none without a validation.
+///
+/// # Errors
+/// When the log cannot be read.
+pub(crate) fn best_validation(dir: &Path) -> Result<Option<(u64, Scores)>> {
+    let path = dir.join("log.jsonl");
+    if !path.exists() {
+        return Ok(None);
+    }
+    let text = std::fs::read_to_string(&path).map_err(Error::io(&path))?;
+    let lines = text.lines().filter_map(|line| serde_json::from_str::<Value>(line).ok());
+    let scores = lines.filter_map(|line| {
+        // JSON has no infinity: the PSNR of equal images is written as null.
+        let psnr = line["val_psnr"].as_f64().unwrap_or(f64::INFINITY);
+        let (loss, ssim) = (line["val_loss"].as_f64()?, line["val_ssim"].as_f64()?);
+        Some((line["step"].as_u64()?, Scores { loss, ssim, psnr }))
+    });
+    Ok(scores.min_by(|a, b| a.1.loss.total_cmp(&b.1.loss)))
+}
+
 /// Mean over blocks so that at most 400 points are drawn.
 fn smooth(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
     let mean = |block: &[(f64, f64)]| {

@@ -1,6 +1,6 @@
 //! Training: crops of a dataset in, a model file out. AO-Net §3.4 and §4.1.
 //!
-//! The loop reads top to bottom: draw crops, loss and gradients, Adam, now and then validate and save.
+//! The loop reads top to bottom: draw crops, loss and gradients, a step of the optimiser, now and then validate and save.
 //! A run directory holds `config.json`, `log.jsonl`, `checkpoint.safetensors` (exact state), `best.safetensors`
 //! and `last.safetensors` (models) and `curves.svg`.
 
@@ -8,30 +8,35 @@ mod adam;
 mod checkpoint;
 pub mod config;
 mod flex_ops;
+mod frames;
 mod log;
 mod loss;
 mod net;
+pub mod queue;
 mod samples;
+mod ssim;
 mod step;
 #[cfg(test)]
 mod tests;
 mod validate;
 mod vgg;
 
-pub use config::{Augment, LossConfig, TrainConfig};
+pub use config::{Augment, LossConfig, Optimizer, SsimWindow, TrainConfig};
+pub use frames::Frames;
+pub use validate::Scores;
 
-use crate::dataset::{Manifest, Split};
+use crate::dataset::Manifest;
 use crate::error::{Error, Result};
 use adam::cosine_decay;
 use aonet::net::{Graph, Model, TrainingFacts, Weights};
 use burn::tensor::Device;
 use checkpoint::State;
+use frames::Loaded;
 use log::Log;
 use loss::Loss;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 use step::Stepper;
-use validate::{Scores, Validation};
 
 /// Where a run computes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -74,6 +79,9 @@ pub enum TrainEvent {
     NoPerceptualTerm,
 }
 
+/// Who is told the news.
+pub type TrainEvents<'a> = &'a (dyn Fn(TrainEvent) + Sync);
+
 /// Trains until `config.steps` or the time limit. Returns the number of steps taken so far.
 ///
 /// # Errors
@@ -82,21 +90,27 @@ pub fn train(
     config: &TrainConfig,
     manifests: &[Manifest],
     run: &TrainRun,
-    events: &(dyn Fn(TrainEvent) + Sync),
+    events: TrainEvents,
+) -> Result<u64> {
+    train_on(config, &mut Frames::new(manifests), run, events)
+}
+
+/// [`train`] on frames that the run before may have read already.
+///
+/// # Errors
+/// As [`train`].
+pub fn train_on(
+    config: &TrainConfig,
+    frames: &mut Frames,
+    run: &TrainRun,
+    events: TrainEvents,
 ) -> Result<u64> {
     let started = Instant::now();
     claim_dir(&run.dir, config)?;
     let graph = Graph::new(&config.model)?;
     let device = device_of(run.device);
     let loss = loss_of(config, run, &device, events)?;
-    let samples = load_split(manifests, config, events)?;
-    let validation = Validation::load(manifests, config)?;
-    let mean_visibility = samples.iter().map(|s| s.mean()).sum::<f64>() / samples.len() as f64;
-    let facts = TrainingFacts {
-        mean_visibility: Some(mean_visibility as f32),
-        train_frames: samples.len() as u64,
-        ..run.facts.clone()
-    };
+    let course = Course { config, frames: frames.load(config, events)?, run, events, started };
     let workers = workers_of(run.device);
     let stepper = Stepper {
         graph: &graph,
@@ -106,40 +120,17 @@ pub fn train(
         side: config.crop,
         leak: step::LEAK,
     };
-
-    let checkpoint = run.dir.join("checkpoint.safetensors");
+    let checkpoint = run.dir.join(CHECKPOINT);
     let mut state =
         if checkpoint.exists() { State::load(&checkpoint, &graph)? } else { State::new(&graph, config.seed) };
-    let mut log = Log::open(&run.dir, state.adam.step)?;
-    while state.adam.step < config.steps {
-        let step = state.adam.step;
-        let crops: Vec<_> = (0..config.batch).map(|i| samples::draw(&samples, config, step, i)).collect();
-        let rate = cosine_decay(config.learning_rate, step, config.steps);
-        let (losses, gradients) = stepper.gradients(&state.weights, &crops);
-        if !losses.total.is_finite() {
-            return Err(Error::request(format!("loss at step {step}"), "a finite number", losses.total));
-        }
-        let tensors = state.adam.update(&state.weights, &gradients, rate);
-        state.weights = Weights::new(&graph, tensors)?;
-        let step = step + 1;
-        log.step(step, &losses, rate, started.elapsed())?;
-        events(TrainEvent::Step(step, losses.total));
-
-        let last = step == config.steps;
-        let out_of_time = run.time_limit.is_some_and(|limit| started.elapsed() >= limit);
+    let mut log = Log::open(&run.dir, state.moments.step)?;
+    while state.moments.step < config.steps {
+        course.step(&stepper, &mut state, &mut log)?;
+        let (step, last) = (state.moments.step, state.moments.step == config.steps);
         if step.is_multiple_of(config.validate_every) || last {
-            let scores = validation.score(config, &state.weights)?;
-            log.validation(step, &scores)?;
-            events(TrainEvent::Validated(step, scores.named()));
-            let model =
-                Model::new(config.model.clone(), state.weights.clone(), facts_at(&facts, step, &scores))?;
-            if scores.loss < state.best {
-                state.best = scores.loss;
-                log::save_model(&run.dir.join("best.safetensors"), &model)?;
-            }
-            log::save_model(&run.dir.join("last.safetensors"), &model)?;
-            log.draw_curves()?;
+            course.validate(&mut state, &mut log)?;
         }
+        let out_of_time = run.time_limit.is_some_and(|limit| started.elapsed() >= limit);
         if step.is_multiple_of(config.checkpoint_every) || last || out_of_time {
             log.flush()?;
             state.save(&checkpoint)?;
@@ -148,31 +139,88 @@ pub fn train(
             break;
         }
     }
-    Ok(state.adam.step)
+    Ok(state.moments.step)
 }
 
-fn facts_at(facts: &TrainingFacts, step: u64, scores: &Scores) -> TrainingFacts {
-    let validation = scores.named().into_iter().map(|(name, value)| (name.to_owned(), value)).collect();
-    TrainingFacts { steps: step, validation, ..facts.clone() }
+/// The exact state of a run inside its folder.
+const CHECKPOINT: &str = "checkpoint.safetensors";
+
+/// What stays the same from the first step of a run to the last.
+struct Course<'a> {
+    config: &'a TrainConfig,
+    frames: &'a Loaded,
+    run: &'a TrainRun,
+    events: TrainEvents<'a>,
+    started: Instant,
+}
+
+impl Course<'_> {
+    fn step(&self, stepper: &Stepper, state: &mut State, log: &mut Log) -> Result<()> {
+        let (config, step) = (self.config, state.moments.step);
+        let draw = |i| samples::draw(&self.frames.samples, config, step, i);
+        let crops: Vec<_> = (0..config.batch).map(draw).collect();
+        let rate = cosine_decay(config.learning_rate, step, config.steps);
+        let (losses, gradients) = stepper.gradients(&state.weights, &crops);
+        if !losses.total.is_finite() {
+            return Err(Error::request(format!("loss at step {step}"), "a finite number", losses.total));
+        }
+        let tensors = state.moments.update(&state.weights, &gradients, (config.optimizer, rate));
+        state.weights = Weights::new(stepper.graph, tensors)?;
+        log.step(step + 1, &losses, rate, self.started.elapsed())?;
+        (self.events)(TrainEvent::Step(step + 1, losses.total));
+        Ok(())
+    }
+
+    /// Scores the weights, logs the scores and saves the models.
+    fn validate(&self, state: &mut State, log: &mut Log) -> Result<()> {
+        let (step, dir) = (state.moments.step, &self.run.dir);
+        let scores = self.frames.validation.score(self.config, &state.weights)?;
+        log.validation(step, &scores)?;
+        (self.events)(TrainEvent::Validated(step, scores.named()));
+        let facts = self.facts(step, &scores);
+        let model = Model::new(self.config.model.clone(), state.weights.clone(), facts)?;
+        if scores.loss < state.best {
+            state.best = scores.loss;
+            log::save_model(&dir.join("best.safetensors"), &model)?;
+        }
+        log::save_model(&dir.join("last.safetensors"), &model)?;
+        log.draw_curves()
+    }
+
+    fn facts(&self, steps: u64, scores: &Scores) -> TrainingFacts {
+        let validation = scores.named().into_iter().map(|(name, value)| (name.to_owned(), value)).collect();
+        TrainingFacts {
+            mean_visibility: Some(self.frames.mean_visibility),
+            train_frames: self.frames.samples.len() as u64,
+            steps,
+            validation,
+            ..self.run.facts.clone()
+        }
+    }
 }
 
 /// Makes the folder with its configuration, or checks that it holds the same one.
 fn claim_dir(dir: &Path, config: &TrainConfig) -> Result<()> {
-    std::fs::create_dir_all(dir).map_err(Error::io(dir))?;
-    let path = dir.join("config.json");
-    if path.exists() {
-        let found = TrainConfig::load(&path)?;
-        if found != *config {
-            return Err(Error::file(
-                &path,
-                "the configuration of this run",
-                "another one; choose another folder",
-            ));
-        }
+    if check_dir(dir, config)? {
         return Ok(());
     }
+    std::fs::create_dir_all(dir).map_err(Error::io(dir))?;
+    let path = dir.join("config.json");
     let json = serde_json::to_string_pretty(config).map_err(|e| Error::file(&path, "a configuration", e))?;
     crate::atomic_file::write(&path, json.as_bytes())
+}
+
+/// Whether the folder is a run of this configuration; another one is an error, none is not.
+fn check_dir(dir: &Path, config: &TrainConfig) -> Result<bool> {
+    let path = dir.join("config.json");
+    if !path.exists() {
+        return Ok(false);
+    }
+    if TrainConfig::load(&path)? != *config {
+        let found = "another one; choose another folder";
+        return Err(Error::file(&path, "the configuration of this run", found));
+    }
+    Ok(true)
 }
 
 fn device_of(device: TrainDevice) -> Device {
@@ -206,7 +254,7 @@ fn loss_of(
         }
         Some(_) | None => None,
     };
-    if vgg.is_none() && config.loss.dssim + config.loss.l1 == 0.0 {
+    if vgg.is_none() && config.loss.plain_weights() == 0.0 {
         return Err(Error::request(
             "training loss",
             "VGG-19 weights, or a term besides perceptual",
@@ -214,21 +262,4 @@ fn loss_of(
         ));
     }
     Ok(Loss::new(&config.loss, config.crop, vgg, device))
-}
-
-fn load_split(
-    manifests: &[Manifest],
-    config: &TrainConfig,
-    events: &(dyn Fn(TrainEvent) + Sync),
-) -> Result<Vec<samples::Sample>> {
-    let of = |manifest| Manifest::frames(manifest, Split::Train).map(move |entry| (manifest, entry));
-    let entries: Vec<_> = manifests.iter().flat_map(of).collect();
-    if entries.is_empty() {
-        return Err(Error::request("datasets", "frames of the split `train`", "none"));
-    }
-    let done = std::sync::atomic::AtomicUsize::new(0);
-    samples::load_all(&entries, config, &|| {
-        let n = done.fetch_add(1, std::sync::atomic::Ordering::Relaxed) + 1;
-        events(TrainEvent::Loaded(n, entries.len()));
-    })
 }

@@ -5,7 +5,7 @@ use super::loss::Loss;
 use super::net::Kernels;
 use super::samples::Crop;
 use super::step::{Stepper, single_threaded_pools};
-use super::{Augment, LossConfig, TrainConfig, TrainDevice, TrainRun, net, train};
+use super::{Augment, LossConfig, Optimizer, TrainConfig, TrainDevice, TrainRun, net, train};
 use crate::dataset::{Manifest, Plan, Preset, Recipe, SceneSpec, SceneSplit};
 use crate::scene::procedural::Kind;
 use aonet::net::naive::{self, Planes};
@@ -112,7 +112,7 @@ fn the_agreement_check_sees_one_changed_weight() {
 
 fn gradients(model: &Model, crops: &[Crop], workers: usize) -> (f64, Gradients) {
     let device = Device::flex().autodiff();
-    let config = LossConfig { dssim: 1.0, perceptual: 0.0, vgg_layers: vec![], l1: 0.0 };
+    let config = LossConfig { dssim: 1.0, ..LossConfig::default() };
     let loss = Loss::new(&config, 32, None, &device);
     let workers = single_threaded_pools(workers);
     let stepper = Stepper {
@@ -204,7 +204,7 @@ fn own_kernels_have_the_gradients_of_the_framework() {
     }
 }
 
-fn tiny_dataset(dir: &Path) -> Manifest {
+pub(super) fn tiny_dataset(dir: &Path) -> Manifest {
     let mut recipe = Recipe::preset(Preset::AnyRadius);
     (recipe.width, recipe.height, recipe.spp, recipe.eval_spp) = (64, 64, 64, 64);
     let scenes = vec![
@@ -216,7 +216,7 @@ fn tiny_dataset(dir: &Path) -> Manifest {
     Manifest::load(&dir.join("manifest.json")).unwrap()
 }
 
-fn tiny_config(steps: u64) -> TrainConfig {
+pub(super) fn tiny_config(steps: u64) -> TrainConfig {
     let model = ModelConfig { encoder: vec![24, 32], decoder: vec![24], ..ModelConfig::any_radius() };
     TrainConfig {
         steps,
@@ -230,7 +230,7 @@ fn tiny_config(steps: u64) -> TrainConfig {
     }
 }
 
-fn tiny_run(dir: &Path) -> TrainRun {
+pub(super) fn tiny_run(dir: &Path) -> TrainRun {
     TrainRun {
         dir: dir.to_owned(),
         vgg: None,
@@ -264,17 +264,20 @@ fn a_run_learns_its_frames_and_leaves_a_usable_model() {
 fn an_interrupted_run_ends_with_the_same_weights() {
     let dir = tempfile::tempdir().unwrap();
     let manifest = [tiny_dataset(&dir.path().join("frames"))];
-    let whole = tiny_run(&dir.path().join("whole"));
-    train(&tiny_config(12), &manifest, &whole, &|_| ()).unwrap();
-    let parts = tiny_run(&dir.path().join("parts"));
-    let at_once = TrainRun { time_limit: Some(std::time::Duration::ZERO), ..parts.clone() };
-    for step in 1..=3 {
-        assert_eq!(train(&tiny_config(12), &manifest, &at_once, &|_| ()).unwrap(), step);
+    for optimizer in [Optimizer::Adam, Optimizer::AdaDelta] {
+        let config = TrainConfig { optimizer, ..tiny_config(12) };
+        let dir = dir.path().join(format!("{optimizer:?}"));
+        let (whole, parts) = (tiny_run(&dir.join("whole")), tiny_run(&dir.join("parts")));
+        train(&config, &manifest, &whole, &|_| ()).unwrap();
+        let at_once = TrainRun { time_limit: Some(std::time::Duration::ZERO), ..parts.clone() };
+        for step in 1..=3 {
+            assert_eq!(train(&config, &manifest, &at_once, &|_| ()).unwrap(), step);
+        }
+        assert_eq!(train(&config, &manifest, &parts, &|_| ()).unwrap(), 12);
+        let model = |run: &TrainRun| std::fs::read(run.dir.join("last.safetensors")).unwrap();
+        assert!(model(&whole) == model(&parts), "{optimizer:?}: weights differ");
+        assert_eq!(losses_in(&whole.dir), losses_in(&parts.dir));
     }
-    assert_eq!(train(&tiny_config(12), &manifest, &parts, &|_| ()).unwrap(), 12);
-    let model = |run: &TrainRun| std::fs::read(run.dir.join("last.safetensors")).unwrap();
-    assert!(model(&whole) == model(&parts), "weights differ");
-    assert_eq!(losses_in(&whole.dir), losses_in(&parts.dir));
 }
 
 #[test]

@@ -8,16 +8,17 @@ use aonet::net::cpu::Session;
 use aonet::net::{Model, TrainingFacts, Weights};
 use aonet::{AoImage, AoParams, GBuffer, metrics};
 use rayon::prelude::*;
+use serde::Serialize;
 
 /// Means over the validation frames.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Scores {
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Scores {
     /// 0.5 (1 - SSIM) + mean absolute error: what the best checkpoint minimises.
-    pub(crate) loss: f64,
+    pub loss: f64,
     /// Gaussian 11x11, full frame.
-    pub(crate) ssim: f64,
+    pub ssim: f64,
     /// Mean of the frames' PSNR [dB], full frame.
-    pub(crate) psnr: f64,
+    pub psnr: f64,
 }
 
 impl Scores {
