@@ -104,9 +104,10 @@ fn repeat_edge(x: Tensor<4>, (before, after): (usize, usize)) -> Tensor<4> {
 /// Written out because no GPU backend of the framework differentiates its bilinear interpolation.
 fn upsample_axis(x: Tensor<4>, axis: usize) -> Tensor<4> {
     let n = x.dims()[axis];
-    let (first, last) = (x.clone().narrow(axis, 0, 1), x.clone().narrow(axis, n - 1, 1));
-    let before = Tensor::cat(vec![first, x.clone().narrow(axis, 0, n - 1)], axis);
-    let after = Tensor::cat(vec![x.clone().narrow(axis, 1, n - 1), last], axis);
+    let part = |first: usize, len: usize| (len > 0).then(|| x.clone().narrow(axis, first, len));
+    let join = |parts: [Option<Tensor<4>>; 2]| Tensor::cat(parts.into_iter().flatten().collect(), axis);
+    let before = join([part(0, 1), part(0, n - 1)]);
+    let after = join([part(1, n - 1), part(n - 1, 1)]);
     let near = x * 0.75;
     let mut dims = near.dims();
     dims[axis] *= 2;
