@@ -34,8 +34,10 @@ type Lanes = [f32; LANES];
 pub(crate) struct Horizons<'a> {
     gbuffer: &'a GBuffer,
     radius: f32,
-    perspective: bool,
-    inverse_focal: f32,
+    /// View-space units a pixel: the first times the depth plus the second. One of them is 0.
+    pixel_size: [f32; 2],
+    /// 1 for perspective, 0 for parallel rays.
+    perspective: f32,
     /// Direction of every pixel of a row of the tile, by row, and the place of its taps along the radius.
     tile: [TileRow; TILE],
 }
@@ -82,11 +84,16 @@ struct Pixels {
 impl<'a> Horizons<'a> {
     pub(crate) fn new(gbuffer: &'a GBuffer, params: AoParams) -> Self {
         let camera = gbuffer.camera();
+        let inverse_focal = 1.0 / camera.focal_px();
+        let perspective = match camera.projection {
+            Projection::Perspective { .. } => 1.0,
+            Projection::Orthographic { .. } => 0.0,
+        };
         Self {
             gbuffer,
             radius: params.radius,
-            perspective: matches!(camera.projection, Projection::Perspective { .. }),
-            inverse_focal: 1.0 / camera.focal_px(),
+            pixel_size: [inverse_focal * perspective, inverse_focal * (1.0 - perspective)],
+            perspective,
             tile: std::array::from_fn(TileRow::new),
         }
     }
@@ -151,9 +158,8 @@ impl<'a> Horizons<'a> {
         let [dx, dy] = &self.tile[y % TILE].direction;
         for i in 0..LANES {
             let [px, py, pz] = self.position((x + i) as f32, y as f32, depth[i]);
-            let inverse = 1.0 / (px * px + py * py + pz * pz).sqrt();
-            let perspective = |v: f32, parallel: f32| if self.perspective { -v * inverse } else { parallel };
-            let (vx, vy, vz) = (perspective(px, 0.0), perspective(py, 0.0), perspective(pz, 1.0));
+            let inverse = -self.perspective / (px * px + py * py + pz * pz).sqrt();
+            let (vx, vy, vz) = (px * inverse, py * inverse, pz * inverse + (1.0 - self.perspective));
             let slope = dx[i] * vx + dy[i] * vy;
             let inverse_along = 1.0 / (1.0 - slope * slope).max(1e-6).sqrt();
             let axis = [dy[i] * vz, -dx[i] * vz, dx[i] * vy - dy[i] * vx].map(|a| a * inverse_along);
@@ -175,7 +181,7 @@ impl<'a> Horizons<'a> {
             p.slide[i] = (nx * axis[0] + ny * axis[1] + nz * axis[2]) / facing.max(MOST_GRAZING);
             p.cos_n[i] = facing * inverse_length;
             p.sin_n[i] = along * inverse_length;
-            p.radius_px[i] = self.radius / (self.inverse_focal * if self.perspective { depth[i] } else { 1.0 });
+            p.radius_px[i] = self.radius / (self.pixel_size[0] * depth[i] + self.pixel_size[1]);
         }
         p
     }
@@ -183,27 +189,28 @@ impl<'a> Horizons<'a> {
     /// Cosine between the viewer and the highest occluder on one side of the slice, the tangent plane at least.
     #[inline(always)]
     fn highest_cosine(&self, p: &Pixels, (x, y): (usize, usize), sign: f32) -> Lanes {
-        let (width, height) = (self.gbuffer.width(), self.gbuffer.height());
+        let (width, height) = (self.gbuffer.width() as u32, self.gbuffer.height() as u32);
         let tile = &self.tile[y % TILE];
         let lowest = p.sin_n.map(|sin_n| -sign * sin_n);
         let mut highest = lowest;
         let inverse_fade = 1.0 / (FADE * self.radius);
         for (k, taps) in tile.taps.iter().enumerate() {
-            let (mut sx, mut sy, mut index, mut inside) =
-                ([0.0; LANES], [0.0; LANES], [0usize; LANES], [0.0f32; LANES]);
+            let (mut sx, mut sy) = ([0.0; LANES], [0.0; LANES]);
+            let (mut index, mut inside) = ([0; LANES], [0.0f32; LANES]);
             for i in 0..LANES {
-                let pixels = (taps[i] * p.radius_px[i]).max(1.0 + k as f32).min(65536.0) * sign;
-                let fx = (x + i) as f32 + 0.5 + tile.direction[0][i] * pixels;
-                let fy = y as f32 + 0.5 - tile.direction[1][i] * pixels;
-                let is_inside = fx >= 0.0 && fy >= 0.0 && fx < width as f32 && fy < height as f32;
-                inside[i] = if is_inside { 1.0 } else { 0.0 };
-                let column = (fx.max(0.0) as u32).min(width as u32 - 1);
-                let line = (fy.max(0.0) as u32).min(height as u32 - 1);
-                index[i] = line as usize * width + column as usize;
-                sx[i] = column as f32;
-                sy[i] = line as f32;
+                let pixels = (taps[i] * p.radius_px[i]).max(1.0 + k as f32) * sign;
+                let fx = (x + i) as f32 + tile.direction[0][i] * pixels;
+                let fy = y as f32 - tile.direction[1][i] * pixels;
+                let (column, line) = (nearest(fx, width - 1), nearest(fy, height - 1));
+                index[i] = line * width + column;
+                (sx[i], sy[i]) = (column as f32, line as f32);
+                let outside = (fx - sx[i]).abs().max((fy - sy[i]).abs());
+                inside[i] = if outside <= 0.5 { 1.0 } else { 0.0 };
             }
-            let depths = index.map(|i| self.gbuffer.depth()[i]);
+            let mut depths = [0.0; LANES];
+            for (depth, i) in depths.iter_mut().zip(index) {
+                *depth = self.gbuffer.depth()[i as usize];
+            }
             for i in 0..LANES {
                 let [qx, qy, qz] = self.position(sx[i], sy[i], depths[i]);
                 let (tx, ty, tz) = (qx - p.centre[0][i], qy - p.centre[1][i], qz - p.centre[2][i]);
@@ -229,9 +236,17 @@ impl<'a> Horizons<'a> {
     #[inline(always)]
     fn position(&self, x: f32, y: f32, depth: f32) -> [f32; 3] {
         let (width, height) = (self.gbuffer.width() as f32, self.gbuffer.height() as f32);
-        let scale = if self.perspective { depth } else { 1.0 } * self.inverse_focal;
+        let scale = self.pixel_size[0] * depth + self.pixel_size[1];
         [(x + 0.5 - 0.5 * width) * scale, (0.5 * height - y - 0.5) * scale, -depth]
     }
+}
+
+/// The integer in 0..=`last` nearest to `x`; `last` is below 2^23. Casts of floats saturate, which costs more.
+#[inline(always)]
+fn nearest(x: f32, last: u32) -> u32 {
+    const MAGIC: f32 = 8_388_608.0;
+    let bits = (x.max(0.0).min(last as f32) + MAGIC).to_bits();
+    bits - MAGIC.to_bits()
 }
 
 /// View-space z that stands for the background.
@@ -307,7 +322,7 @@ mod tests {
                 let t = (step as f32 + 0.25 + 0.75 * (place * 7.0 % 16.0) / 16.0) / STEPS as f32;
                 let pixels = (t * t * camera.projected_px(radius, depth)).max(1.0 + step as f32) * sign;
                 let (sx, sy) = (x as f32 + across.x * pixels, y as f32 - across.y * pixels);
-                let (sx, sy) = ((sx + 0.5).floor(), (sy + 0.5).floor());
+                let (sx, sy) = (sx.round_ties_even(), sy.round_ties_even());
                 if sx < 0.0 || sy < 0.0 || sx >= width as f32 || sy >= gbuffer.height() as f32 {
                     continue;
                 }
