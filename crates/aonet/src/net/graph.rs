@@ -83,14 +83,15 @@ pub enum Op {
     /// Weighs the 4x4 neighbourhood of the normals of every pixel: AO-Net Eq. 2.
     /// Kernel channel `((dy * patch + dx) * 16 + ky * 4 + kx) * 3 + c` of the patch's cell belongs to pixel
     /// (dy, dx) of the patch, tap (ky, kx) at offset -1..=2, normal component c. Produces 1 x pH x pW.
+    /// [`KernelWeights::Denoise`] weighs one channel: channel `(dy * patch + dx) * 17 + ky * 4 + kx`, 16 is the offset.
     KernelPredict {
-        /// patch²·48 x H x W.
+        /// patch²·48 or patch²·17 x H x W.
         kernels: ValueId,
-        /// The value whose first three channels are weighed; pH x pW.
+        /// The value whose channels [`KernelWeights::guide`] are weighed; pH x pW.
         guide: ValueId,
         /// Side [px].
         patch: usize,
-        /// Linear or softmax; never `Off`.
+        /// Never `Off`.
         weights: KernelWeights,
     },
 }
@@ -212,7 +213,7 @@ impl Graph {
                 (node.channels * self.nodes[*input].channels / groups * size * size) as f64
                     / (node.stride * node.stride) as f64
             }
-            Op::KernelPredict { .. } => TAPS as f64,
+            Op::KernelPredict { weights, .. } => weights.outputs_per_pixel() as f64,
             Op::Input
             | Op::PatchPartition { .. }
             | Op::PatchMerge { .. }

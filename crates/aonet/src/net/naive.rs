@@ -5,7 +5,7 @@ use crate::error::Result;
 use crate::gbuffer::GBuffer;
 use crate::net::config::KernelWeights;
 use crate::net::features::{repeat_edge, write_features};
-use crate::net::graph::{Activation, FIRST_TAP, GUIDE_CHANNELS, LEAKY_SLOPE, Op, TAPS, WINDOW};
+use crate::net::graph::{Activation, FIRST_TAP, GUIDE_CHANNELS, LEAKY_SLOPE, Op, WINDOW};
 use crate::net::model::Model;
 
 /// A CxHxW image, row-major.
@@ -166,21 +166,26 @@ pub fn concat(first: &Planes, second: &Planes) -> Planes {
 
 /// See [`Op::KernelPredict`]. AO-Net §3.3, Eq. 2.
 pub fn kernel_predict(kernels: &Planes, guide: &Planes, patch: usize, weights: KernelWeights) -> Planes {
+    let outputs = weights.outputs_per_pixel();
+    let weighed = weights.guide(guide.channels);
+    let components = weighed.len();
     Planes::from_fn((1, guide.height, guide.width), |_, y, x| {
         let pixel = y % patch * patch + x % patch;
-        let kernel: Vec<f32> = (0..TAPS)
-            .map(|k| kernels.at(pixel * TAPS + k, (y / patch) as isize, (x / patch) as isize))
+        let kernel: Vec<f32> = (0..outputs)
+            .map(|k| kernels.at(pixel * outputs + k, (y / patch) as isize, (x / patch) as isize))
             .collect();
-        let normal = |k: usize| {
-            let (tap, c) = (k / GUIDE_CHANNELS, k % GUIDE_CHANNELS);
+        let neighbour = |k: usize| {
+            let (tap, c) = (k / components, weighed.start + k % components);
             let (dy, dx) = ((tap / WINDOW) as isize + FIRST_TAP, (tap % WINDOW) as isize + FIRST_TAP);
             guide.at(c, y as isize + dy, x as isize + dx)
         };
-        let kernel = match weights {
-            KernelWeights::Softmax => softmax_over_taps(&kernel),
-            KernelWeights::Linear | KernelWeights::Off => kernel,
+        let (kernel, offset) = match weights {
+            KernelWeights::Softmax => (softmax_over_taps(&kernel), 0.0),
+            KernelWeights::Linear | KernelWeights::Off => (kernel, 0.0),
+            KernelWeights::Denoise => (kernel[..outputs - 1].to_vec(), kernel[outputs - 1]),
         };
-        kernel.iter().enumerate().map(|(k, w)| w * normal(k)).sum::<f32>() / GUIDE_CHANNELS as f32
+        let sum: f32 = kernel.iter().enumerate().map(|(k, w)| w * neighbour(k)).sum();
+        offset + sum / components as f32
     })
 }
 

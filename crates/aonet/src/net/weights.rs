@@ -1,7 +1,8 @@
 //! Named tensors of one network and their file: safetensors with the configuration in its metadata.
 
 use crate::error::{Error, Result};
-use crate::net::graph::{GUIDE_CHANNELS, Graph, Init, Node, Op, ParamSpec, TAPS};
+use crate::net::config::KernelWeights;
+use crate::net::graph::{GUIDE_CHANNELS, Graph, Init, Node, Op, ParamSpec, WINDOW};
 use std::collections::BTreeMap;
 
 /// A dense tensor, row-major f32.
@@ -112,16 +113,26 @@ fn brighten_head(graph: &Graph, tensors: &mut BTreeMap<String, Tensor>) {
     else {
         return;
     };
-    let kernels = matches!(graph.nodes().last(), Some(Node { op: Op::KernelPredict { .. }, .. }));
+    let kernel = match graph.nodes().last() {
+        Some(Node { op: Op::KernelPredict { weights, .. }, .. }) => *weights,
+        Some(_) | None => KernelWeights::Off,
+    };
     if let Some(weight) = tensors.get_mut("head.weight") {
         weight.values.iter_mut().for_each(|w| *w *= HEAD_SHRINK);
     }
     if let Some(bias) = tensors.get_mut("head.bias") {
         for (i, b) in bias.values.iter_mut().enumerate() {
-            *b = match (kernels, i % GUIDE_CHANNELS) {
-                (false, _) => BRIGHT,
-                (true, 2) => BRIGHT / MEAN_NORMAL_Z * (GUIDE_CHANNELS * GUIDE_CHANNELS) as f32 / TAPS as f32,
-                (true, _) => 0.0,
+            let taps = (WINDOW * WINDOW) as f32;
+            *b = match kernel {
+                KernelWeights::Off => BRIGHT,
+                // z of the normal alone.
+                KernelWeights::Linear if i % GUIDE_CHANNELS == 2 => {
+                    BRIGHT / MEAN_NORMAL_Z * GUIDE_CHANNELS as f32 / taps
+                }
+                KernelWeights::Linear | KernelWeights::Softmax => 0.0,
+                // 1 minus the mean occlusion of the slices.
+                KernelWeights::Denoise if i % kernel.outputs_per_pixel() == WINDOW * WINDOW => 1.0,
+                KernelWeights::Denoise => -1.0 / taps,
             };
         }
     }

@@ -2,7 +2,7 @@
 
 use super::conv;
 use crate::net::config::{KernelWeights, ModelConfig, Skips};
-use crate::net::graph::{Activation, Graph, Op, TAPS, ValueId};
+use crate::net::graph::{Activation, Graph, Op, ValueId};
 
 /// Builds the graph of a checked configuration.
 pub(crate) fn build(config: &ModelConfig) -> Graph {
@@ -33,8 +33,9 @@ pub(crate) fn build(config: &ModelConfig) -> Graph {
                 graph.push(Op::PatchMerge { input: x, patch }, 0);
             }
         }
-        weights @ (KernelWeights::Linear | KernelWeights::Softmax) => {
-            let kernels = conv(&mut graph, x, ("head", 1, 1, Activation::Linear), patch * patch * TAPS);
+        weights @ (KernelWeights::Linear | KernelWeights::Softmax | KernelWeights::Denoise) => {
+            let outputs = patch * patch * weights.outputs_per_pixel();
+            let kernels = conv(&mut graph, x, ("head", 1, 1, Activation::Linear), outputs);
             graph.push(Op::KernelPredict { kernels, guide: input, patch, weights }, 0);
         }
     }

@@ -1,24 +1,26 @@
-//! The normals that the kernels of a few neighbouring cells weigh.
+//! What the kernels of a few neighbouring cells weigh.
 
-use crate::net::graph::{FIRST_TAP, GUIDE_CHANNELS, WINDOW};
+use crate::net::graph::{FIRST_TAP, WINDOW};
 use crate::net::plan::{Buffer, HALO};
+use std::ops::Range;
 
 /// Side of the square of pixels that the kernels of one patch reach.
 pub(super) fn window_side(patch: usize) -> usize {
     patch + WINDOW - 1
 }
 
-/// Normal components of that square.
-pub(super) fn window_len(patch: usize) -> usize {
-    window_side(patch) * window_side(patch) * GUIDE_CHANNELS
+/// Values of that square, `channels` a pixel.
+pub(super) fn window_len(patch: usize, channels: usize) -> usize {
+    window_side(patch) * window_side(patch) * channels
 }
 
-/// Where the normals are.
-#[derive(Clone, Copy)]
+/// Where it is.
 pub(super) struct GuideWindow<'a> {
     /// The partitioned features.
     pub(super) guide: &'a [f32],
     pub(super) buffer: &'a Buffer,
+    /// Features that are weighed.
+    pub(super) channels: Range<usize>,
     /// Side of a patch [px].
     pub(super) patch: usize,
     /// Row of cells.
@@ -28,7 +30,7 @@ pub(super) struct GuideWindow<'a> {
 }
 
 impl GuideWindow<'_> {
-    /// Copies, for each pixel of the square and each component, the values of `cells` cells; edges repeat.
+    /// Copies, for each pixel of the square and each channel, the values of `cells` cells; edges repeat.
     #[inline(always)]
     pub(super) fn copy_to(&self, out: &mut [f32], cells: usize) {
         match self.patch {
@@ -52,7 +54,8 @@ impl GuideWindow<'_> {
                 let x = clamped::<PATCH>(self.x, dx, width);
                 let before = self.x == 0 && dx < FIRST_TAP.unsigned_abs();
                 let inside = !before && x / PATCH + cells <= width;
-                for (c, out) in lines.by_ref().take(GUIDE_CHANNELS).enumerate() {
+                for (c, out) in lines.by_ref().take(self.channels.len()).enumerate() {
+                    let c = self.channels.start + c;
                     let first = (c * PATCH + y % PATCH) * PATCH * pitch + HALO;
                     if inside {
                         out.copy_from_slice(&row[first + x % PATCH * pitch + x / PATCH..][..cells]);

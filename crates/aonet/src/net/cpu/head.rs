@@ -12,7 +12,6 @@ use crate::ao_image::AoImage;
 use crate::error::Result;
 use crate::gbuffer::GBuffer;
 use crate::net::config::KernelWeights;
-use crate::net::graph::TAPS;
 use crate::net::plan::{Buffer, Plan};
 use crate::net::weights::Weights;
 
@@ -32,14 +31,6 @@ pub(super) struct Head {
     pub(super) bias: Aligned,
 }
 
-/// Outputs of the convolution for each pixel.
-fn outputs_per_pixel(kernel: KernelWeights) -> usize {
-    match kernel {
-        KernelWeights::Off => 1,
-        KernelWeights::Linear | KernelWeights::Softmax => TAPS,
-    }
-}
-
 impl Head {
     /// # Errors
     /// When there is not enough memory.
@@ -52,7 +43,7 @@ impl Head {
         let weight = &weights.get(&format!("{name}.weight")).values;
         let bias = &weights.get(&format!("{name}.bias")).values;
         let (input, guide) = (plan.buffers[input].clone(), plan.buffers[guide].clone());
-        let outputs = patch * patch * outputs_per_pixel(kernel);
+        let outputs = patch * patch * kernel.outputs_per_pixel();
         let group = isa.accumulators() / VECTORS;
         let padded = outputs.next_multiple_of(group);
         let mut packed = Aligned::zeros(padded * input.channels)?;
@@ -108,7 +99,8 @@ impl Kernel for HeadBand<'_> {
             let features = &self.input[y * head.input.row_len()..][..head.input.row_len()];
             for x in (0..cells).step_by(VECTORS * S::LANES) {
                 let (buffer, patch) = (&head.guide, head.patch);
-                let guide = GuideWindow { guide: self.guide, buffer, patch, y, x };
+                let channels = head.kernel.guide(buffer.channels / (patch * patch));
+                let guide = GuideWindow { guide: self.guide, buffer, channels, patch, y, x };
                 let tile = Tile { head, features, guide };
                 let visibility = match cells - x > S::LANES {
                     true => tile.run::<S, VECTORS>(simd, band.scratch),

@@ -7,9 +7,6 @@ use crate::net::config::KernelWeights;
 use crate::net::graph::{GUIDE_CHANNELS, TAPS, WINDOW};
 use crate::net::plan::{CHANNEL_BLOCK, HALO};
 
-/// Weights of one row of a kernel.
-const ROW_TAPS: usize = WINDOW * GUIDE_CHANNELS;
-
 /// Neighbouring cells of a row.
 pub(super) struct Tile<'a> {
     pub(super) head: &'a Head,
@@ -21,7 +18,7 @@ pub(super) struct Tile<'a> {
 impl Tile<'_> {
     /// Values of scratch memory for `cells` cells: features, window, kernels and visibility.
     pub(super) fn scratch_len(head: &Head, cells: usize) -> usize {
-        (feature_lines(head) + window_len(head.patch) + TAPS + head.patch * head.patch) * cells
+        (feature_lines(head) + window_len(head.patch, GUIDE_CHANNELS) + TAPS + head.patch * head.patch) * cells
     }
 
     /// The visibility of `N` vectors of cells, pixel of the patch by pixel, and the number of cells.
@@ -47,7 +44,7 @@ impl Tile<'_> {
     ) -> (&'s [f32], usize) {
         let cells = N * S::LANES;
         let (features, rest) = scratch.split_at_mut(feature_lines(self.head) * cells);
-        let (window, rest) = rest.split_at_mut(window_len(self.head.patch) * cells);
+        let (window, rest) = rest.split_at_mut(window_len(self.head.patch, self.guide.channels.len()) * cells);
         let (kernel, rest) = rest.split_at_mut(TAPS * cells);
         let visibility = &mut rest[..self.head.patch * self.head.patch * cells];
         self.transpose_features::<S>(features, cells);
@@ -65,6 +62,10 @@ impl Tile<'_> {
                 for (pixel, out) in visibility.chunks_exact_mut(cells).enumerate() {
                     self.apply::<S, N, K>(simd, (features, window), (pixel, out));
                 }
+            }
+            KernelWeights::Denoise => {
+                self.guide.copy_to(window, cells);
+                self.denoise::<S, N, K>(simd, (features, window), visibility);
             }
             KernelWeights::Softmax => {
                 self.guide.copy_to(window, cells);
@@ -140,6 +141,37 @@ impl Tile<'_> {
         }
     }
 
+    /// Predicts the kernels and offsets of all pixels of the patch, some at a time, and adds up what they weigh.
+    #[inline(always)]
+    fn denoise<S: Simd, const N: usize, const K: usize>(
+        &self,
+        simd: S,
+        (features, window): (&[f32], &[f32]),
+        visibility: &mut [f32],
+    ) {
+        let cells = N * S::LANES;
+        let (pixels, outputs) = (self.head.patch * self.head.patch, KernelWeights::Denoise.outputs_per_pixel());
+        visibility.fill(0.0);
+        for group in 0..(pixels * outputs).div_ceil(K) {
+            let kernel = self.outputs::<S, N, K>(simd, features, group);
+            for (i, weight) in (group * K..pixels * outputs).zip(kernel) {
+                let (pixel, k) = (i / outputs, i % outputs);
+                let total = &mut visibility[pixel * cells..][..cells];
+                let taps = (k + 1 < outputs).then(|| &window[self.window_index(pixel, k) * cells..][..cells]);
+                for n in 0..N {
+                    let total = &mut total[n * S::LANES..][..S::LANES];
+                    let sum = match taps {
+                        Some(taps) => {
+                            simd.mul_add(weight[n], simd.load(&taps[n * S::LANES..]), simd.load(total))
+                        }
+                        None => simd.add(weight[n], simd.load(total)),
+                    };
+                    simd.store(sum, total);
+                }
+            }
+        }
+    }
+
     /// Applies a kernel after a softmax over its taps, for each component of the normal.
     #[inline(always)]
     fn apply_softmax(&self, (kernel, window): (&[f32], &[f32]), (pixel, out): (usize, &mut [f32])) {
@@ -162,13 +194,14 @@ impl Tile<'_> {
         }
     }
 
-    /// Where the window holds the normal that weight `k` of the kernel of a pixel of the patch belongs to. The
+    /// Where the window holds what weight `k` of the kernel of a pixel of the patch belongs to. The
     /// weights of a row of the kernel lie side by side.
     #[inline(always)]
     fn window_index(&self, pixel: usize, k: usize) -> usize {
         let patch = self.head.patch;
-        let (dy, dx) = (pixel / patch + k / ROW_TAPS, pixel % patch);
-        (dy * window_side(patch) + dx) * GUIDE_CHANNELS + k % ROW_TAPS
+        let channels = self.guide.channels.len();
+        let (dy, dx) = (pixel / patch + k / (WINDOW * channels), pixel % patch);
+        (dy * window_side(patch) + dx) * channels + k % (WINDOW * channels)
     }
 
     /// Features of the cells, channel by channel; cells beyond the image repeat the last one.

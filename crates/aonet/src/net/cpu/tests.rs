@@ -6,7 +6,7 @@ use super::conv::Conv;
 use super::head::Head;
 use super::level::{Isa, Level};
 use crate::net::config::KernelWeights;
-use crate::net::graph::{Activation, Graph, Op, TAPS};
+use crate::net::graph::{Activation, Graph, Op};
 use crate::net::naive::{self, Planes};
 use crate::net::plan::{Buffer, HALO, Layout, Plan, Resample, Source};
 use crate::net::weights::{Tensor, Weights};
@@ -218,13 +218,13 @@ fn check_head(channels: usize, (patch, kernel): (usize, KernelWeights), (width, 
     ]);
     let padded = (cells.1 * patch, cells.0 * patch);
     let plan = Plan { size: (width, height), padded, buffers, steps: vec![], arena_len };
-    let taps = if kernel == KernelWeights::Off { 1 } else { TAPS };
+    let taps = kernel.outputs_per_pixel();
     let weights = weights([patch * patch * taps, channels, 1, 1]);
     let [w, b] = ["conv.weight", "conv.bias"].map(|name| &weights.get(name).values[..]);
     let kernels = naive::conv(&features, (w, b, 1), Activation::Linear);
     let raw = match kernel {
         KernelWeights::Off => naive::patch_merge(&kernels, patch),
-        KernelWeights::Linear | KernelWeights::Softmax => {
+        KernelWeights::Linear | KernelWeights::Softmax | KernelWeights::Denoise => {
             naive::kernel_predict(&kernels, &guide, patch, kernel)
         }
     };
@@ -252,14 +252,15 @@ fn check_head(channels: usize, (patch, kernel): (usize, KernelWeights), (width, 
 
 #[test]
 fn heads() {
-    use KernelWeights::{Linear, Off, Softmax};
+    use KernelWeights::{Denoise, Linear, Off, Softmax};
     for patch in [1, 2, 4, 8] {
-        for kernel in [Off, Linear, Softmax] {
+        for kernel in [Off, Linear, Softmax, Denoise] {
             check_head(5, (patch, kernel), (70, 11));
         }
     }
     for size in [(1, 1), (4, 4), (3, 9), (64, 4), (65, 5), (129, 4), (260, 3)] {
         check_head(17, (4, Linear), size);
+        check_head(17, (4, Denoise), size);
         check_head(32, (1, Linear), size);
     }
 }
