@@ -207,7 +207,11 @@ mod tests {
             }
         }
         for (budget, augment, file) in &budgets {
-            assert!((budget, augment) == (&budgets[0].0, &budgets[0].1), "{}: another budget", file.display());
+            assert!(
+                (budget, augment) == (&budgets[0].0, &budgets[0].1),
+                "{}: another budget",
+                file.display()
+            );
         }
     }
 
