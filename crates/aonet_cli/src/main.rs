@@ -9,6 +9,7 @@ mod cmd {
     pub(crate) mod dataset;
     pub(crate) mod demo;
     pub(crate) mod eval;
+    pub(crate) mod flicker;
     pub(crate) mod infer;
     pub(crate) mod info;
     pub(crate) mod render;
@@ -42,6 +43,7 @@ enum Command {
     Dataset(cmd::dataset::Args),
     Train(cmd::train::Args),
     Eval(cmd::eval::Args),
+    Flicker(cmd::flicker::Args),
     Info(cmd::info::Args),
     Bench(cmd::bench::Args),
     /// Print a script that completes commands and options in a shell.
@@ -85,6 +87,7 @@ fn run(command: Command) -> anyhow::Result<Outcome> {
         Command::Dataset(args) => cmd::dataset::run(args)?,
         Command::Train(args) => cmd::train::run(args)?,
         Command::Eval(args) => cmd::eval::run(&args)?,
+        Command::Flicker(args) => cmd::flicker::run(&args)?,
         Command::Info(args) => cmd::info::run(&args)?,
         Command::Bench(args) => cmd::bench::run(&args)?,
         Command::Completions { shell } => {

@@ -1,13 +1,15 @@
 //! What several commands need: a model, a scene with a view, the traced reference.
 
 use crate::output;
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use aonet::net::{Model, shipped};
 use aonet::{AoImage, AoParams};
+use aonet_offline::dataset::{SceneSpec, SceneSplit, propose_view};
 use aonet_offline::gbuffer::Surface;
 use aonet_offline::reference::{Sampling, reference_ao};
 use aonet_offline::scene::MissingNormals;
 use aonet_offline::scene::ground::add_ground;
+use aonet_offline::scene::procedural;
 use aonet_offline::scene::source::SceneSource;
 use aonet_offline::trace::Tracer;
 use aonet_offline::{Error, View};
@@ -54,6 +56,77 @@ impl SceneArgs {
         }
         Ok((Tracer::new(scene), view))
     }
+}
+
+/// A scene and a view of it, both optional: the demonstration of a program that knows nothing yet.
+#[derive(Debug, clap::Args)]
+pub(crate) struct StageArgs {
+    /// A .glb or .gltf file, or procedural:KIND:SEED.
+    #[arg(long)]
+    pub(crate) scene: Option<SceneSource>,
+    /// View (JSON), instead of a camera placed by itself.
+    #[arg(long, value_name = "VIEW.json")]
+    pub(crate) view: Option<PathBuf>,
+    /// The scene is one to stand inside: no floor is added, the camera goes between its walls.
+    #[arg(long)]
+    environment: bool,
+    /// Image width [px].
+    #[arg(long)]
+    width: Option<usize>,
+    /// Image height [px].
+    #[arg(long)]
+    height: Option<usize>,
+    /// Which of the cameras that are placed by themselves.
+    #[arg(long, default_value_t = 0)]
+    seed: u64,
+}
+
+impl StageArgs {
+    /// The scene with its camera.
+    pub(crate) fn load(&self) -> Result<(Tracer, View)> {
+        let size = (self.width.unwrap_or(1280), self.height.unwrap_or(720));
+        let resized = |mut view: View| -> Result<View> {
+            view.width = self.width.unwrap_or(view.width);
+            view.height = self.height.unwrap_or(view.height);
+            view.camera()?;
+            Ok(view)
+        };
+        match (&self.scene, &self.view) {
+            (None, None) => {
+                let (scene, view) = procedural::demo();
+                Ok((Tracer::new(scene), resized(view)?))
+            }
+            (None, Some(_)) => bail!("--view needs --scene: which scene is it a view of?"),
+            (Some(source), Some(path)) => {
+                let scene = source.load(MissingNormals::CREASE)?;
+                Ok((Tracer::new(scene), resized(View::load(path)?)?))
+            }
+            (Some(SceneSource::Procedural { kind, seed }), None) => {
+                Ok(propose_view(&SceneSpec::procedural(*kind, *seed, SceneSplit::Train), size, self.seed)?)
+            }
+            (Some(SceneSource::File(path)), None) => {
+                let spec = SceneSpec::from_file(path, SceneSplit::Train)?.with_environment(self.environment);
+                Ok(propose_view(&spec, size, self.seed)?)
+            }
+        }
+    }
+}
+
+/// The automatic radius, in image heights.
+// guess: contact shadows of furniture in a room.
+const RADIUS_ON_SCREEN: f32 = 0.12;
+
+/// A radius [world units] that suits a view.
+pub(crate) fn radius_on_screen(surface: &Surface) -> f32 {
+    let camera = surface.gbuffer.camera();
+    RADIUS_ON_SCREEN * camera.height as f32 / camera.projected_px(1.0, middle_depth(surface))
+}
+
+/// The median depth of what is seen [world units].
+pub(crate) fn middle_depth(surface: &Surface) -> f32 {
+    let mut depths: Vec<f32> = surface.gbuffer.depth().iter().copied().filter(|d| d.is_finite()).collect();
+    depths.sort_by(f32::total_cmp);
+    depths.get(depths.len() / 2).copied().unwrap_or(1.0)
 }
 
 /// The model in a file, or the shipped one that serves any radius.

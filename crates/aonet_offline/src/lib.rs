@@ -7,6 +7,7 @@ pub mod dataset;
 pub mod error;
 pub mod eval;
 mod exr_file;
+pub mod flicker;
 pub mod frame;
 pub mod gbuffer;
 pub mod picture;

@@ -1,20 +1,15 @@
 //! `aonet demo`: one scene, the ray-traced truth and the network's answer, side by side.
 
 use crate::output::{self, Style, number, table};
-use crate::setup;
-use anyhow::{Context, Result, bail};
+use crate::setup::{self, StageArgs};
+use anyhow::{Context, Result};
 use aonet::metrics::{self, Comparison};
 use aonet::{AoImage, AoParams};
-use aonet_offline::View;
-use aonet_offline::dataset::{SceneSpec, SceneSplit, propose_view};
 use aonet_offline::eval::{Method, run as run_method};
 use aonet_offline::frame::Frame;
 use aonet_offline::gbuffer::{self, Surface};
 use aonet_offline::picture::{self, Caption};
 use aonet_offline::reference::Sampling;
-use aonet_offline::scene::procedural;
-use aonet_offline::scene::source::SceneSource;
-use aonet_offline::trace::Tracer;
 use clap::Parser;
 use serde_json::json;
 use std::path::PathBuf;
@@ -29,15 +24,8 @@ use std::time::Instant;
   aonet demo --scene robot.glb -o robot_ao
   aonet demo --scene room.glb --environment --radius 0.5")]
 pub(crate) struct Args {
-    /// A .glb or .gltf file, or procedural:KIND:SEED.
-    #[arg(long)]
-    scene: Option<SceneSource>,
-    /// View (JSON), instead of a camera placed by itself.
-    #[arg(long, value_name = "VIEW.json")]
-    view: Option<PathBuf>,
-    /// The scene is one to stand inside: no floor is added, the camera goes between its walls.
-    #[arg(long)]
-    environment: bool,
+    #[command(flatten)]
+    stage: StageArgs,
     /// Folder for the pictures.
     #[arg(short, long, default_value = "aonet_demo")]
     output: PathBuf,
@@ -50,15 +38,6 @@ pub(crate) struct Args {
     /// AO radius [world units]; otherwise the view's, or a tenth of the image at the view's middle distance.
     #[arg(long)]
     radius: Option<f32>,
-    /// Image width [px].
-    #[arg(long)]
-    width: Option<usize>,
-    /// Image height [px].
-    #[arg(long)]
-    height: Option<usize>,
-    /// Which of the cameras that are placed by themselves.
-    #[arg(long, default_value_t = 0)]
-    seed: u64,
     /// Threads of the network [default: all cores].
     #[arg(long)]
     threads: Option<usize>,
@@ -67,17 +46,13 @@ pub(crate) struct Args {
     json: bool,
 }
 
-/// The automatic radius, in image heights.
-// guess: contact shadows of furniture in a room.
-const RADIUS_ON_SCREEN: f32 = 0.12;
-
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<()> {
     let model = setup::model(args.model.as_deref())?;
-    let (tracer, mut view) = stage(args)?;
+    let (tracer, mut view) = args.stage.load()?;
     let surface = gbuffer::render(&tracer, &view)?;
-    if args.view.is_none() && args.scene.is_some() {
-        view.radius = radius_on_screen(&surface);
+    if args.stage.view.is_none() && args.stage.scene.is_some() {
+        view.radius = setup::radius_on_screen(&surface);
     }
     view.radius = args.radius.unwrap_or(view.radius);
     let params = view.params()?;
@@ -103,43 +78,6 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     Frame { gbuffer, geo_normal, ao: Some(reference), radius: Some(view.radius), view: Some(view.clone()) }
         .save(&args.output.join("frame.exr"))?;
     report(args, (&scores, &flat), (trace_s, ms), params)
-}
-
-/// The scene with its camera.
-fn stage(args: &Args) -> Result<(Tracer, View)> {
-    let size = (args.width.unwrap_or(1280), args.height.unwrap_or(720));
-    let resized = |mut view: View| -> Result<View> {
-        view.width = args.width.unwrap_or(view.width);
-        view.height = args.height.unwrap_or(view.height);
-        view.camera()?;
-        Ok(view)
-    };
-    match (&args.scene, &args.view) {
-        (None, None) => {
-            let (scene, view) = procedural::demo();
-            Ok((Tracer::new(scene), resized(view)?))
-        }
-        (None, Some(_)) => bail!("--view needs --scene: which scene is it a view of?"),
-        (Some(source), Some(path)) => {
-            let scene = source.load(aonet_offline::scene::MissingNormals::CREASE)?;
-            Ok((Tracer::new(scene), resized(View::load(path)?)?))
-        }
-        (Some(SceneSource::Procedural { kind, seed }), None) => {
-            Ok(propose_view(&SceneSpec::procedural(*kind, *seed, SceneSplit::Train), size, args.seed)?)
-        }
-        (Some(SceneSource::File(path)), None) => {
-            let spec = SceneSpec::from_file(path, SceneSplit::Train)?.with_environment(args.environment);
-            Ok(propose_view(&spec, size, args.seed)?)
-        }
-    }
-}
-
-fn radius_on_screen(surface: &Surface) -> f32 {
-    let camera = surface.gbuffer.camera();
-    let mut depths: Vec<f32> = surface.gbuffer.depth().iter().copied().filter(|d| d.is_finite()).collect();
-    depths.sort_by(f32::total_cmp);
-    let middle = depths.get(depths.len() / 2).copied().unwrap_or(1.0);
-    RADIUS_ON_SCREEN * camera.height as f32 / camera.projected_px(1.0, middle)
 }
 
 fn draw(

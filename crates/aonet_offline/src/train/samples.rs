@@ -8,7 +8,7 @@ use crate::frame::{Frame, FrameHints};
 use aonet::net::config::Channel;
 use aonet::net::features::{TILE, write_features};
 use aonet::net::Features;
-use aonet::{AoParams, GBuffer};
+use aonet::{AoImage, AoParams, GBuffer};
 use half::f16;
 use rayon::prelude::*;
 
@@ -51,8 +51,16 @@ impl Sample {
         };
         let frame = Frame::load(&path, &hints)?;
         let ao = frame.ao.ok_or_else(|| Error::file(&path, "a channel `ao`", "none"))?;
-        let (width, height) = (frame.gbuffer.width(), frame.gbuffer.height());
         let params = AoParams::new(entry.radius).map_err(Error::in_file(&path))?;
+        Self::new((&frame.gbuffer, params), &ao, features).map_err(Error::in_file(&path))
+    }
+
+    fn new(
+        (gbuffer, params): (&GBuffer, AoParams),
+        ao: &AoImage,
+        features: Features,
+    ) -> aonet::Result<Self> {
+        let (width, height) = (gbuffer.width(), gbuffer.height());
         let planes = |gbuffer: &GBuffer| {
             let mut planes = vec![0.0; features.channels().len() * width * height];
             write_features(features, (gbuffer, params), &mut planes, (width, width * height));
@@ -60,17 +68,14 @@ impl Sample {
         };
         let slices = features.channels().iter().position(|c| *c == Channel::SliceOcclusion);
         let mirrored_slices = match slices {
-            Some(c) => {
-                let mirrored = mirrored(&frame.gbuffer).map_err(Error::in_file(&path))?;
-                planes(&mirrored)[c * width * height..][..width * height].to_vec()
-            }
+            Some(c) => planes(&mirrored(gbuffer)?)[c * width * height..][..width * height].to_vec(),
             None => Vec::new(),
         };
         Ok(Self {
             width,
             height,
             channels: features.channels(),
-            features: planes(&frame.gbuffer),
+            features: planes(gbuffer),
             mirrored_slices,
             target: to_half(ao.visibility()),
         })
@@ -256,6 +261,8 @@ impl Random {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use aonet::{Camera, Projection};
+    use glam::Vec3;
 
     /// Height z(x, y) = a x + b y has normal (-a, -b, 1) up to length: turning the image must turn the normal with it.
     #[test]
@@ -276,6 +283,38 @@ mod tests {
                     (n[0] + dx).abs() < 1e-5 && (n[1] + dy).abs() < 1e-5,
                     "{s:?}: {n:?} but slope {dx}, {dy}"
                 );
+            }
+        }
+    }
+
+    /// A crop with slices is a crop of the features of the frame, or of the mirrored frame, at a whole tile.
+    #[test]
+    fn slices_of_crops_are_slices_of_the_frame_or_of_its_mirror_image() {
+        let (width, height, side) = (40, 24, 16);
+        let projection = Projection::Perspective { fov_y: 1.0 };
+        let camera = Camera::look_at((Vec3::ZERO, -Vec3::Z, Vec3::Y), projection, (width, height), 0.0).unwrap();
+        let depth = (0..width * height).map(|i| 2.0 + (i * 7 % 11) as f32 * 0.05 + (i % width) as f32 * 0.02);
+        let normal = [0.1f32, 0.2, (1.0f32 - 0.05).sqrt()];
+        let gbuffer = GBuffer::new(camera, depth.collect(), vec![normal; width * height]).unwrap();
+        let (params, features) = (AoParams::new(0.4).unwrap(), Features::NormalRadiusSlice);
+        let sample = Sample::new((&gbuffer, params), &AoImage::open(width, height).unwrap(), features).unwrap();
+        for (mirror, seen) in [(false, gbuffer.clone()), (true, mirrored(&gbuffer).unwrap())] {
+            let mut planes = vec![0.0; 5 * width * height];
+            write_features(features, (&seen, params), &mut planes, (width, width * height));
+            for (x, y) in [(0, 0), (5, 7), (24, 8), (23, 3)] {
+                let crop = sample.crop((x, y, side), Symmetry { mirror, quarter_turns: 0 });
+                let at = |left: usize, top: usize, c: usize, i: usize| {
+                    planes[(c * height + top + i / side) * width + left + i % side]
+                };
+                let close = |left: usize, top: usize| {
+                    let same = |k: usize| {
+                        (crop.features[k] - at(left, top, k / (side * side), k % (side * side))).abs() < 2e-3
+                    };
+                    (0..5 * side * side).all(same)
+                };
+                let tiles = |last: usize| (0..=last).step_by(TILE);
+                let found = tiles(height - side).any(|top| tiles(width - side).any(|left| close(left, top)));
+                assert!(found, "mirror {mirror}, ({x}, {y})");
             }
         }
     }

@@ -1,0 +1,120 @@
+//! `aonet flicker`: how steady methods are along a camera path.
+
+use crate::output::{self, Style, number, table};
+use crate::setup::{self, StageArgs};
+use anyhow::{Result, bail};
+use aonet::net::Model;
+use aonet::{AoImage, AoParams};
+use aonet_offline::View;
+use aonet_offline::eval::{Method, run as run_method};
+use aonet_offline::flicker::{Flicker, flicker};
+use aonet_offline::gbuffer::{self, Surface};
+use aonet_offline::reference::Sampling;
+use aonet_offline::trace::Tracer;
+use clap::Parser;
+use glam::Vec3;
+use serde_json::json;
+use std::path::PathBuf;
+
+/// Measure how much images change along a camera path beyond what the ray-traced truth changes.
+///
+/// The camera moves sideways, by so many pixels a frame at the view's middle depth. Points that two neighbouring frames
+/// both see are compared. Without --scene, a scene made from code.
+#[derive(Debug, Parser)]
+#[command(after_help = "Examples:
+  aonet flicker
+  aonet flicker --scene robot.glb --model a.safetensors --model b.safetensors --frames 16 --step 0.5")]
+pub(crate) struct Args {
+    #[command(flatten)]
+    stage: StageArgs,
+    /// Network; may be repeated; the shipped one that serves any radius if absent.
+    #[arg(long, value_name = "M.safetensors")]
+    model: Vec<PathBuf>,
+    /// Frames of the path, at least 2.
+    #[arg(long, default_value_t = 8)]
+    frames: usize,
+    /// Pixels that the middle of the scene moves from frame to frame.
+    #[arg(long, default_value_t = 2.5)]
+    step: f32,
+    /// Rays per pixel of the reference.
+    #[arg(long, default_value_t = 256)]
+    spp: u32,
+    /// AO radius [world units]; otherwise the view's, or what suits it.
+    #[arg(long)]
+    radius: Option<f32>,
+    /// Threads of the networks [default: all cores].
+    #[arg(long)]
+    threads: Option<usize>,
+    /// Print JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &Args) -> Result<()> {
+    if args.frames < 2 || !args.step.is_finite() {
+        bail!("--frames and --step: expected at least 2 frames and a finite step, found {} and {}", args.frames, args.step);
+    }
+    let models: Vec<(String, Model)> = match &args.model[..] {
+        [] => vec![("any_radius".into(), setup::model(None)?)],
+        paths => paths.iter().map(|p| Ok((setup::name_of(p), setup::model(Some(p))?))).collect::<Result<_>>()?,
+    };
+    let (tracer, mut view) = args.stage.load()?;
+    let middle = gbuffer::render(&tracer, &view)?;
+    if args.stage.view.is_none() && args.stage.scene.is_some() {
+        view.radius = setup::radius_on_screen(&middle);
+    }
+    view.radius = args.radius.unwrap_or(view.radius);
+    let params = view.params()?;
+    let path = render(args, &tracer, &view, &middle)?;
+    let sampling = |seed| Sampling { spp: args.spp, seed };
+    let reference = |(i, surface)| setup::reference(&tracer, surface, params, sampling(i));
+    let references = (1..).zip(&path).map(reference).collect::<Result<Vec<_>>>()?;
+    let gbuffers: Vec<_> = path.iter().map(|surface| surface.gbuffer.clone()).collect();
+    let threads = setup::threads(args.threads);
+    let mut rows = Vec::new();
+    for (name, model) in &models {
+        let of = |surface: &Surface| ao(model, threads, surface, params);
+        let images = path.iter().map(of).collect::<Result<Vec<_>>>()?;
+        rows.push((name.as_str(), flicker(&gbuffers, &references, &images)?));
+    }
+    // The reference's own noise: the same frames with other rays.
+    let other = |(i, surface)| setup::reference(&tracer, surface, params, sampling(i + 1000));
+    let others = (1..).zip(&path).map(other).collect::<Result<Vec<_>>>()?;
+    rows.push(("reference, other rays", flicker(&gbuffers, &references, &others)?));
+    report(args, &rows)
+}
+
+fn ao(model: &Model, threads: usize, surface: &Surface, params: AoParams) -> Result<AoImage> {
+    Ok(run_method(&Method::Network { model, threads }, &surface.gbuffer, params)?.0)
+}
+
+/// The frames of the path; the view is in its middle.
+fn render(args: &Args, tracer: &Tracer, view: &View, middle: &Surface) -> Result<Vec<Surface>> {
+    let (eye, target) = (Vec3::from(view.eye), Vec3::from(view.target));
+    let right = (target - eye).cross(Vec3::from(view.up)).normalize_or_zero();
+    let camera = middle.gbuffer.camera();
+    let step = args.step / camera.projected_px(1.0, setup::middle_depth(middle));
+    let at = |i: usize| {
+        let offset = right * step * (i as f32 - 0.5 * (args.frames - 1) as f32);
+        let view = View { eye: (eye + offset).into(), target: (target + offset).into(), ..view.clone() };
+        Ok(gbuffer::render(tracer, &view)?)
+    };
+    (0..args.frames).map(at).collect()
+}
+
+fn report(args: &Args, rows: &[(&str, Flicker)]) -> Result<()> {
+    if args.json {
+        let method = |(name, f): &(&str, Flicker)| {
+            json!({ "method": name, "excess": f.excess, "change": f.change, "reference_change": f.reference_change, "pairs": f.pairs })
+        };
+        return output::json(&rows.iter().map(method).collect::<Vec<_>>());
+    }
+    let row = |(name, f): &(&str, Flicker)| {
+        vec![(*name).to_owned(), number(f.excess, 5), number(f.change, 5), number(f.reference_change, 5)]
+    };
+    let rows: Vec<_> = rows.iter().map(row).collect();
+    output::text(&table(&["method", "flicker", "change", "reference's change"], &rows, Style::Text))?;
+    let (frames, step, spp) = (args.frames, args.step, args.spp);
+    output::text(&format!("\nmeans a point and frame; {frames} frames, {step} px a frame, {spp} rays per pixel\n"))
+}
