@@ -13,6 +13,8 @@ pub mod picture;
 pub mod plot;
 pub mod reference;
 pub mod scene;
+pub mod table;
+pub mod timing;
 pub mod trace;
 #[cfg(feature = "train")]
 pub mod train;
