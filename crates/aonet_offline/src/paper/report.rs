@@ -58,7 +58,7 @@ fn add(page: &mut String, section: &Section) -> Result<()> {
     *page += &format!("<h2 id=\"{}\">{}</h2>\n", section.item.name(), escaped(section.item.title()));
     match &section.content {
         Content::Table { header, rows } => table(page, header, rows),
-        Content::Chart(svg) => *page += svg,
+        Content::Chart(svg) => *page += &format!("<div class=\"wide\">{svg}</div>\n"),
         Content::Pictures { panels, columns } => pictures(page, panels, *columns)?,
     }
     if !section.claims.is_empty() {
