@@ -102,6 +102,20 @@ fn any_size() {
 }
 
 #[test]
+fn an_observer_sees_every_step_in_order_and_changes_nothing() {
+    let model = model(small(Features::NormalProjectedRadius, 4, KernelWeights::Linear), 1);
+    let gbuffer = frame((50, 30), 2);
+    let mut session = Session::new(&model, 50, 30, 2).unwrap();
+    let mut image = AoImage::open(50, 30).unwrap();
+    let mut seen = Vec::new();
+    session.run_observed(&gbuffer, params(), &mut image, &mut |step| seen.push(step)).unwrap();
+    assert_eq!(seen, (0..session.plan().steps.len()).collect::<Vec<_>>());
+    assert_eq!(image, run(&model, &gbuffer, (2, Level::best())));
+    let mut small = AoImage::open(3, 3).unwrap();
+    assert!(session.run_observed(&gbuffer, params(), &mut small, &mut |_| panic!("a step")).is_err());
+}
+
+#[test]
 fn the_number_of_threads_does_not_matter() {
     let model = model(ModelConfig::any_radius(), 5);
     let gbuffer = frame((700, 500), 6);

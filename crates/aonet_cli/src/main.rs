@@ -12,6 +12,7 @@ mod cmd {
     pub(crate) mod flicker;
     pub(crate) mod infer;
     pub(crate) mod info;
+    pub(crate) mod paper;
     pub(crate) mod render;
     pub(crate) mod trace;
     pub(crate) mod train;
@@ -46,6 +47,7 @@ enum Command {
     Flicker(cmd::flicker::Args),
     Info(cmd::info::Args),
     Bench(cmd::bench::Args),
+    Paper(cmd::paper::Args),
     /// Print a script that completes commands and options in a shell.
     Completions {
         /// Which shell.
@@ -90,6 +92,7 @@ fn run(command: Command) -> anyhow::Result<Outcome> {
         Command::Flicker(args) => cmd::flicker::run(&args)?,
         Command::Info(args) => cmd::info::run(&args)?,
         Command::Bench(args) => cmd::bench::run(&args)?,
+        Command::Paper(args) => cmd::paper::run(&args)?,
         Command::Completions { shell } => {
             let mut script = Vec::new();
             clap_complete::generate(shell, &mut Cli::command(), "aonet", &mut script);

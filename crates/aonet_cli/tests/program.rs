@@ -221,10 +221,39 @@ fn a_dataset_is_made_described_and_evaluated() {
 }
 
 #[test]
+fn the_papers_tables_say_what_is_not_trained() {
+    let desk = Desk::new();
+    let table = desk.ok("paper table2 -o out");
+    assert!(table.contains("not trained") && desk.path("out/table2.md").exists(), "{table}");
+    desk.ok(
+        "dataset frames --procedural clutter_pile:1 --split test --frames 1 --width 48 --height 32 --spp 8",
+    );
+    std::fs::create_dir(desk.path("rows")).unwrap();
+    std::fs::write(desk.path("rows/ours.safetensors"), aonet::net::shipped::ANY_RADIUS).unwrap();
+    let json = desk.json("paper table1 --test frames --weights rows -o out --runs 1 --threads 1 --json");
+    let rows = json["table1"]["rows"].as_array().unwrap();
+    assert_eq!((&rows[0]["trained"], &rows[4]["trained"]), (&Value::Bool(false), &Value::Bool(true)));
+    assert!(rows[4]["ssim"]["mean"].as_f64().is_some_and(|ssim| ssim > 0.2), "{json}");
+    desk.write("rows/base.safetensors", "not a model");
+    for (line, name) in [
+        ("paper table1", "table1"),
+        ("paper table1 --test no_such_dataset", "no_such_dataset"),
+        ("paper table2 --weights no_such_folder", "no_such_folder"),
+        ("paper table2 --weights rows", "base.safetensors"),
+        ("paper table9", "table9"),
+    ] {
+        let stderr = desk.fails(line);
+        assert!(stderr.contains(name), "aonet {line}\n{stderr}");
+    }
+}
+
+#[test]
 fn help_and_completions_are_complete() {
     let desk = Desk::new();
     let help = desk.ok("--help");
-    for command in ["demo", "render", "trace", "infer", "compare", "dataset", "train", "eval", "info"] {
+    for command in
+        ["demo", "render", "trace", "infer", "compare", "dataset", "train", "eval", "paper", "info"]
+    {
         assert!(help.contains(command), "{command}");
         assert!(desk.ok(&format!("{command} --help")).contains("Usage"), "{command}");
     }

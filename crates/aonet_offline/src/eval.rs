@@ -3,6 +3,7 @@
 use crate::dataset::{FrameEntry, Manifest, Split};
 use crate::error::{Error, Result};
 use crate::frame::{Frame, FrameHints};
+use crate::timing;
 use aonet::metrics::{self, Comparison, Scores};
 use aonet::net::Model;
 use aonet::net::cpu::Session;
@@ -174,7 +175,18 @@ pub fn mean_visibility(manifest: &Manifest) -> Result<f32> {
     Ok((sum / pixels as f64) as f32)
 }
 
-fn read(manifest: &Manifest, entry: &FrameEntry) -> Result<(GBuffer, AoParams, AoImage)> {
+/// Whether `model` can be judged on the frames: one that does not see the radius serves only frames whose radii were
+/// chosen as in its training.
+pub fn radius_fits(model: &Model, manifest: &Manifest) -> bool {
+    let rule = format!("{:?}", manifest.plan.recipe.radius);
+    model.config().features.sees_radius() || model.facts().radius.split("; ").any(|trained| trained == rule)
+}
+
+/// G-buffer, radius and reference AO of a frame.
+///
+/// # Errors
+/// Names the file when it is broken or has no reference.
+pub fn read(manifest: &Manifest, entry: &FrameEntry) -> Result<(GBuffer, AoParams, AoImage)> {
     let path = manifest.path(entry);
     let hints =
         FrameHints { view: Some(entry.view.clone()), radius: Some(entry.radius), ..FrameHints::default() };
@@ -198,8 +210,6 @@ fn row(results: &[&Measured]) -> Row {
     let inside: Vec<Scores> = results.iter().filter_map(|m| m.comparison.foreground).collect();
     let some = |value: f64| (!inside.is_empty()).then_some(value);
     let mut times: Vec<f64> = results.iter().filter_map(|m| m.ms).collect();
-    times.sort_by(f64::total_cmp);
-    let n = times.len();
     Row {
         frames: results.len(),
         ssim: mean(&full, |s| s.ssim),
@@ -210,7 +220,7 @@ fn row(results: &[&Measured]) -> Row {
         ssim_8x8_foreground: some(mean(&inside, |s| s.ssim_8x8)),
         psnr_foreground: some(mean(&inside, |s| finite_psnr(s.psnr))),
         psnr_pooled_foreground: some(pooled(&inside)),
-        ms: (n > 0).then(|| 0.5 * (times[(n - 1) / 2] + times[n / 2])),
+        ms: (!times.is_empty()).then(|| timing::median(&mut times)),
     }
 }
 

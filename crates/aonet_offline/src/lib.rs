@@ -10,10 +10,14 @@ mod exr_file;
 pub mod flicker;
 pub mod frame;
 pub mod gbuffer;
+pub mod paper;
 pub mod picture;
 pub mod plot;
 pub mod reference;
 pub mod scene;
+pub mod sensitivity;
+pub mod table;
+pub mod timing;
 pub mod trace;
 #[cfg(feature = "train")]
 pub mod train;

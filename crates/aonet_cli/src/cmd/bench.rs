@@ -4,14 +4,11 @@ use crate::output::{self, Style, number, table};
 use crate::setup;
 use anyhow::Result;
 use aonet::net::Model;
-use aonet::net::cpu::Session;
-use aonet::{AoImage, AoParams, Camera, GBuffer, Projection};
+use aonet_offline::timing;
 use clap::Parser;
-use glam::Vec3;
 use serde::Serialize;
 use serde_json::json;
 use std::path::PathBuf;
-use std::time::Instant;
 
 /// Time a network on the CPU: features, network and clamping of a frame whose buffers are in memory.
 ///
@@ -98,38 +95,21 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     output::text(&text)
 }
 
-fn time(model: &Model, (width, height): (usize, usize), threads: usize, runs: usize) -> Result<Timing> {
-    let gbuffer = bump(width, height)?;
-    let mut image = AoImage::open(width, height)?;
-    let mut session = Session::new(model, width, height, threads)?;
-    let params = AoParams { radius: 0.5 };
-    session.run(&gbuffer, params, &mut image)?;
-    let mut times = Vec::with_capacity(runs);
-    for _ in 0..runs {
-        let start = Instant::now();
-        session.run(&gbuffer, params, &mut image)?;
-        times.push(start.elapsed().as_secs_f64() * 1e3);
-    }
-    times.sort_by(f64::total_cmp);
-    let median_ms = times[times.len() / 2];
+fn time(model: &Model, size: (usize, usize), threads: usize, runs: usize) -> Result<Timing> {
+    let (width, height) = size;
+    let times = timing::time(model, size, threads, runs)?;
     let flop = 2.0 * model.graph().macs_per_pixel() * (width * height) as f64;
-    let session_mib = session.memory_bytes() as f64 / (1u64 << 20) as f64;
-    let gflop_per_s = flop / median_ms / 1e6;
-    Ok(Timing { width, height, threads, median_ms, min_ms: times[0], gflop_per_s, session_mib })
-}
-
-/// A bump that fills the image: foreground everywhere, normals that turn.
-fn bump(width: usize, height: usize) -> Result<GBuffer> {
-    let projection = Projection::Perspective { fov_y: 1.0 };
-    let camera = Camera::look_at((Vec3::ZERO, -Vec3::Z, Vec3::Y), projection, (width, height), 0.1)?;
-    let at = |i: usize| {
-        let x = (i % width) as f32 / width as f32 - 0.5;
-        let y = 0.5 - (i / width) as f32 / height as f32;
-        Vec3::new(x, y, 1.5).normalize()
-    };
-    let normal = (0..width * height).map(|i| at(i).to_array()).collect();
-    let depth = (0..width * height).map(|i| 4.0 - at(i).z).collect();
-    Ok(GBuffer::new(camera, depth, normal)?)
+    let gflop_per_s = flop / times.median_ms / 1e6;
+    let session_mib = times.session_bytes as f64 / (1u64 << 20) as f64;
+    Ok(Timing {
+        width,
+        height,
+        threads,
+        median_ms: times.median_ms,
+        min_ms: times.min_ms,
+        gflop_per_s,
+        session_mib,
+    })
 }
 
 /// Largest resident size of this process so far [MiB], where the system tells.

@@ -6,7 +6,7 @@ use anyhow::{Context, Result, bail};
 use aonet::net::Model;
 use aonet_offline::atomic_file;
 use aonet_offline::dataset::{Manifest, Split};
-use aonet_offline::eval::{Contestant, Method, Row, Table, evaluate, mean_visibility};
+use aonet_offline::eval::{Contestant, Method, Row, Table, evaluate, mean_visibility, radius_fits};
 use clap::{Parser, ValueEnum};
 use indicatif::ProgressBar;
 use serde::Serialize;
@@ -113,13 +113,6 @@ pub(crate) fn run(args: &Args) -> Result<()> {
         atomic_file::write(path, text.as_bytes())?;
     }
     output::text(&text)
-}
-
-/// A network that does not see the radius serves only frames whose radii were chosen as in its training.
-fn radius_fits(model: &Model, manifest: &Manifest) -> bool {
-    let trained: Vec<&str> = model.facts().radius.split("; ").collect();
-    model.config().features.sees_radius()
-        || trained.contains(&format!("{:?}", manifest.plan.recipe.radius).as_str())
 }
 
 fn constant(args: &Args, model: &Model, manifest: &Manifest) -> Result<f32> {

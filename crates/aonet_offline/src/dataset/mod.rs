@@ -11,7 +11,7 @@ mod manifest;
 mod merge;
 mod plan;
 mod propose;
-mod random;
+pub(crate) mod random;
 mod sample;
 mod scenes;
 mod sheet;

@@ -21,7 +21,7 @@ const GAP: u32 = 4;
 const CAPTION: u32 = text::LINE + 2 * GAP;
 
 /// Colour behind a sheet, of its captions, and of pixels without geometry.
-const PAPER: [u8; 3] = [24; 3];
+pub(crate) const PAPER: [u8; 3] = [24; 3];
 const INK: [u8; 3] = [235; 3];
 const BACKGROUND: [u8; 3] = [40; 3];
 
@@ -124,12 +124,27 @@ pub fn error(reference: &AoImage, image: &AoImage) -> Result<RgbImage> {
 /// # Errors
 /// When there are no panels or no columns.
 pub fn sheet(panels: &[(RgbImage, Caption)], columns: usize) -> Result<RgbImage> {
+    sheet_of_width(panels, columns, SHEET_WIDTH)
+}
+
+/// A [`sheet`] about `width` wide [px].
+///
+/// # Errors
+/// When there are no panels or no columns, or a panel would have no pixel.
+pub fn sheet_of_width(panels: &[(RgbImage, Caption)], columns: usize, width: u32) -> Result<RgbImage> {
     let columns = columns.min(panels.len()) as u32;
     if columns == 0 {
         return Err(Error::request("picture sheet", "at least one panel and one column", "none"));
     }
     let rows = (panels.len() as u32).div_ceil(columns);
-    let cell = (SHEET_WIDTH - GAP * (columns - 1)) / columns;
+    let cell = width.saturating_sub(GAP * (columns - 1)) / columns;
+    if cell == 0 {
+        return Err(Error::request(
+            "picture sheet",
+            format!("at least a pixel for each of {columns} columns"),
+            width,
+        ));
+    }
     let panels: Vec<(RgbImage, &Caption)> =
         panels.iter().map(|(p, caption)| (fitted(p, cell), caption)).collect();
     let height = panels.iter().map(|(p, _)| p.height()).max().unwrap_or(1) + CAPTION;

@@ -67,6 +67,21 @@ impl Session {
     /// # Errors
     /// When the frame or the image has another size than the session.
     pub fn run(&mut self, gbuffer: &GBuffer, params: AoParams, image: &mut AoImage) -> Result<()> {
+        self.run_observed(gbuffer, params, image, &mut |_| ())
+    }
+
+    /// [`Session::run`] that calls `after_step` with the index of every step of the plan when the step is done: for
+    /// whoever has a clock. Allocates nothing itself.
+    ///
+    /// # Errors
+    /// As [`Session::run`]; no step has run then.
+    pub fn run_observed(
+        &mut self,
+        gbuffer: &GBuffer,
+        params: AoParams,
+        image: &mut AoImage,
+        after_step: &mut dyn FnMut(usize),
+    ) -> Result<()> {
         let (width, height) = self.plan.size;
         let found = [(gbuffer.width(), gbuffer.height()), (image.width(), image.height())];
         for (what, (w, h)) in ["G-buffer of a session", "AO image of a session"].into_iter().zip(found) {
@@ -75,7 +90,7 @@ impl Session {
             }
         }
         let features = FeatureRows::new(self.features, gbuffer, params);
-        for step in &self.steps {
+        for (i, step) in self.steps.iter().enumerate() {
             match step {
                 Prepared::Features(step) => step.run(self.isa, &features, &mut self.workers, &mut self.arena),
                 Prepared::Conv(conv) => conv.run(self.isa, &mut self.workers, &mut self.arena),
@@ -84,6 +99,7 @@ impl Session {
                 }
                 Prepared::Image(step) => step.run(self.isa, (&mut self.workers, &self.arena), (gbuffer, image)),
             }
+            after_step(i);
         }
         Ok(())
     }

@@ -1,4 +1,8 @@
-//! Curves over training steps, as SVG.
+//! Curves over training steps and bars, as SVG.
+
+mod bars;
+
+pub use bars::{Bars, bars};
 
 use crate::{Error, Result, atomic_file};
 use plotters::coord::Shift;

@@ -1,0 +1,117 @@
+//! How long a network takes on this machine: features, network and clamping of a frame whose buffers are in memory.
+
+use crate::Result;
+use aonet::net::Model;
+use aonet::net::cpu::Session;
+use aonet::{AoImage, AoParams, Camera, GBuffer, Projection};
+use glam::Vec3;
+use std::time::Instant;
+
+/// Run-time of a network at one size.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Times {
+    /// Median of the runs [ms].
+    pub median_ms: f64,
+    /// Fastest run [ms].
+    pub min_ms: f64,
+    /// Memory of the session [bytes]: activations and scratch, without parameters.
+    pub session_bytes: usize,
+}
+
+/// Times `runs` runs (at least one) of `model` on a synthetic frame of `size` (width, height) [px], after one run that
+/// does not count.
+///
+/// # Errors
+/// When a side is out of range, or `threads` is 0 or cannot be started.
+pub fn time(model: &Model, size: (usize, usize), threads: usize, runs: usize) -> Result<Times> {
+    let (gbuffer, mut image) = (bump(size.0, size.1)?, AoImage::open(size.0, size.1)?);
+    let mut session = Session::new(model, size.0, size.1, threads)?;
+    let params = AoParams { radius: 0.5 };
+    session.run(&gbuffer, params, &mut image)?;
+    let mut times_ms = Vec::with_capacity(runs);
+    for _ in 0..runs.max(1) {
+        let start = Instant::now();
+        session.run(&gbuffer, params, &mut image)?;
+        times_ms.push(start.elapsed().as_secs_f64() * 1e3);
+    }
+    let min_ms = times_ms.iter().copied().fold(f64::INFINITY, f64::min);
+    Ok(Times { median_ms: median(&mut times_ms), min_ms, session_bytes: session.memory_bytes() })
+}
+
+/// Median time [ms] of every step of the session's plan, measured as [`time`] does.
+///
+/// # Errors
+/// As [`time`].
+pub fn time_steps(model: &Model, size: (usize, usize), threads: usize, runs: usize) -> Result<Vec<f64>> {
+    let (gbuffer, mut image) = (bump(size.0, size.1)?, AoImage::open(size.0, size.1)?);
+    let mut session = Session::new(model, size.0, size.1, threads)?;
+    let params = AoParams { radius: 0.5 };
+    session.run(&gbuffer, params, &mut image)?;
+    let mut by_step: Vec<Vec<f64>> = vec![Vec::with_capacity(runs); session.plan().steps.len()];
+    for _ in 0..runs.max(1) {
+        let mut last = Instant::now();
+        session.run_observed(&gbuffer, params, &mut image, &mut |step| {
+            let now = Instant::now();
+            by_step[step].push((now - last).as_secs_f64() * 1e3);
+            last = now;
+        })?;
+    }
+    Ok(by_step.iter_mut().map(|times| median(times)).collect())
+}
+
+/// A bump that fills the image: foreground everywhere, normals that turn.
+fn bump(width: usize, height: usize) -> Result<GBuffer> {
+    let projection = Projection::Perspective { fov_y: 1.0 };
+    let camera = Camera::look_at((Vec3::ZERO, -Vec3::Z, Vec3::Y), projection, (width, height), 0.1)?;
+    let at = |i: usize| {
+        let x = (i % width) as f32 / width as f32 - 0.5;
+        let y = 0.5 - (i / width) as f32 / height as f32;
+        Vec3::new(x, y, 1.5).normalize()
+    };
+    let normal = (0..width * height).map(|i| at(i).to_array()).collect();
+    let depth = (0..width * height).map(|i| 4.0 - at(i).z).collect();
+    Ok(GBuffer::new(camera, depth, normal)?)
+}
+
+/// The middle of `values`, which are put in order; the mean of the middle two where their number is even.
+pub(crate) fn median(values: &mut [f64]) -> f64 {
+    values.sort_by(f64::total_cmp);
+    let n = values.len();
+    0.5 * (values[(n - 1) / 2] + values[n / 2])
+}
+
+/// Name of the processor, where the system tells, else of its architecture.
+pub fn device() -> String {
+    let cpuinfo = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let name = cpuinfo.lines().find(|l| l.starts_with("model name")).and_then(|l| l.split_once(':'));
+    name.map_or_else(|| std::env::consts::ARCH.to_owned(), |(_, name)| name.trim().to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use aonet::net::{Graph, ModelConfig, TrainingFacts, Weights};
+
+    #[test]
+    fn every_step_has_a_time_and_together_they_are_the_run() {
+        let config = ModelConfig { encoder: vec![16, 16], decoder: vec![16], ..ModelConfig::paper() };
+        let weights = Weights::init(&Graph::new(&config).unwrap(), 1);
+        let model = Model::new(config, weights, TrainingFacts::default()).unwrap();
+        let steps = time_steps(&model, (320, 200), 1, 9).unwrap();
+        // Features, six convolutions, head.
+        assert_eq!(steps.len(), 8);
+        assert!(steps.iter().all(|ms| *ms > 0.0), "{steps:?}");
+        let whole = time(&model, (320, 200), 1, 9).unwrap();
+        // A busy machine may be several times slower from one moment to the next.
+        let ratio = steps.iter().sum::<f64>() / whole.median_ms;
+        assert!((0.1..10.0).contains(&ratio), "{ratio}");
+        assert!(whole.min_ms <= whole.median_ms && whole.session_bytes > 320 * 200);
+        assert!(time(&model, (320, 200), 0, 1).is_err() && time_steps(&model, (0, 8), 1, 1).is_err());
+    }
+
+    #[test]
+    fn medians_are_in_the_middle() {
+        assert_eq!((median(&mut [3.0, 1.0, 2.0]), median(&mut [4.0, 1.0, 2.0, 3.0])), (2.0, 2.5));
+        assert!(!device().is_empty());
+    }
+}
