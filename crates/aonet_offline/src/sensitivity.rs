@@ -102,16 +102,8 @@ pub fn sensitivity(
 }
 
 /// What the channels of `features` are called.
-pub fn channel_names(features: Features) -> Vec<String> {
-    let name = serde_json::to_value(features).unwrap_or_default();
-    let rest = name.as_str().unwrap_or_default().trim_start_matches("normal_").replace('_', " ");
-    let extra = features.channels().saturating_sub(3);
-    let names = (0..features.channels()).map(|c| match (c, extra) {
-        (0..3, _) => format!("normal {}", ["x", "y", "z"][c]),
-        (_, 1) => rest.clone(),
-        _ => format!("{rest} {}", c - 2),
-    });
-    names.collect()
+pub fn channel_names(features: Features) -> Vec<&'static str> {
+    features.channels().iter().map(|channel| channel.name()).collect()
 }
 
 /// Sums of the foreground's features, by channel: first and second power.
@@ -188,7 +180,7 @@ impl Sample {
 
 /// Crops of as many frames, spread over the dataset, as the budget pays for.
 fn samples(model: &Model, manifest: &Manifest, entries: &[&FrameEntry]) -> Result<Vec<Sample>> {
-    let evaluations = (model.config().features.channels() + 1) * CROP * CROP;
+    let evaluations = (model.config().features.channels().len() + 1) * CROP * CROP;
     let affordable = (MAC_BUDGET / (model.graph().macs_per_pixel() * evaluations as f64)) as usize;
     let count = affordable.clamp(*CROPS.start(), *CROPS.end()).min(entries.len());
     let sample = |k: usize| {
@@ -214,7 +206,7 @@ fn of_model(model: &Model, sigmas: &[f64], samples: &[Sample]) -> Sensitivity {
     let sum = all.iter().sum::<f64>().max(f64::MIN_POSITIVE);
     let channels = channel_names(model.config().features).into_iter().zip(sigmas).zip(&all);
     let channels = channels
-        .map(|((name, &sigma), &absolute)| Channel { name, sigma, absolute, relative: absolute / sum })
+        .map(|((name, &sigma), &absolute)| Channel { name: name.to_owned(), sigma, absolute, relative: absolute / sum })
         .collect();
     Sensitivity { channels, crops: samples.len(), pixels }
 }

@@ -79,7 +79,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
         rows.push((name.as_str(), flicker(&gbuffers, &references, &images)?));
     }
     // The reference's own noise: the same frames with other rays.
-    let other = |(i, surface)| setup::reference(&tracer, surface, params, sampling(i + 1000));
+    let other = |(i, surface): (u64, &Surface)| setup::reference(&tracer, surface, params, sampling(i + 1000));
     let others = (1..).zip(&path).map(other).collect::<Result<Vec<_>>>()?;
     rows.push(("reference, other rays", flicker(&gbuffers, &references, &others)?));
     report(args, &rows)

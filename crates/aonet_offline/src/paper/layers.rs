@@ -3,7 +3,7 @@
 use crate::Result;
 use crate::timing;
 use aonet::net::plan::{Plan, Step};
-use aonet::net::{Graph, Model, Op};
+use aonet::net::{Graph, Model, Node, Op};
 use std::cmp::Reverse;
 use std::collections::BTreeMap;
 
@@ -69,13 +69,14 @@ fn place(graph: &Graph, step: &Step) -> (Level, f64) {
         Step::Features { .. } => (Level::Features, 0.0),
         Step::Conv { name, .. } => {
             let (stride, macs) = conv(graph, name);
-            let up = name.starts_with("dec");
+            let up = name.starts_with("dec") || name.starts_with("up");
             (if up { Level::Decoder(Reverse(stride)) } else { Level::Encoder(stride) }, macs)
         }
         Step::Head { name, .. } => {
-            let kernels = graph.nodes().iter().any(|n| matches!(n.op, Op::KernelPredict { .. }));
-            (Level::Head, conv(graph, name).1 + if kernels { aonet::net::graph::TAPS as f64 } else { 0.0 })
+            let weighed = |n: &Node| matches!(n.op, Op::KernelPredict { .. }).then(|| graph.node_macs(n));
+            (Level::Head, conv(graph, name).1 + graph.nodes().iter().find_map(weighed).unwrap_or(0.0))
         }
+        Step::Image { .. } => (Level::Head, 0.0),
     }
 }
 
