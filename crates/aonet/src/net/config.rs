@@ -1,9 +1,8 @@
 //! Everything that Tables 3 and 4 of the paper vary, and nothing else.
 
 use crate::error::{Error, Result};
-use crate::net::graph::{GUIDE_CHANNELS, TAPS, WINDOW};
+use crate::net::graph::TAPS;
 use serde::{Deserialize, Serialize};
-use std::ops::Range;
 
 /// Which channels the network sees. AO-Net §3.1 and Table 3; projected radius is ours.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -94,27 +93,18 @@ pub enum KernelWeights {
     /// Weights that are positive and sum to one over the neighbourhood. An ablation that must fail: a
     /// convex combination of normals cannot express visibility.
     Softmax,
-    /// Plain weights over the 4x4 neighbourhood of the slice occlusion, which holds all directions once, and an offset:
-    /// the network denoises. Starts as the mean.
-    Denoise,
+    /// Plain weights over all input channels of the pixel itself, and an offset: a linear model of the image in its
+    /// guide, as in guided filtering (He et al. 2010), whose coefficients the network predicts.
+    Guided,
 }
 
 impl KernelWeights {
-    /// Outputs of the head for each pixel.
-    pub fn outputs_per_pixel(self) -> usize {
+    /// Outputs of the head for each pixel of a frame with so many input channels.
+    pub fn outputs_per_pixel(self, channels: usize) -> usize {
         match self {
             Self::Off => 1,
             Self::Linear | Self::Softmax => TAPS,
-            Self::Denoise => WINDOW * WINDOW + 1,
-        }
-    }
-
-    /// Which of `channels` input channels are weighed: the normal, or the slice occlusion, which is the last.
-    pub fn guide(self, channels: usize) -> Range<usize> {
-        match self {
-            Self::Off => 0..0,
-            Self::Linear | Self::Softmax => 0..GUIDE_CHANNELS,
-            Self::Denoise => channels - 1..channels,
+            Self::Guided => channels + 1,
         }
     }
 }
@@ -228,10 +218,6 @@ impl ModelConfig {
         }
         if let Some(width) = self.encoder.iter().chain(&self.decoder).find(|w| !(1..=MAX_WIDTH).contains(*w)) {
             return Err(Error::config("widths", format!("1 to {MAX_WIDTH} channels"), width));
-        }
-        let sees_slices = self.features.channels().contains(&Channel::SliceOcclusion);
-        if self.kernel == KernelWeights::Denoise && !sees_slices {
-            return Err(Error::config("kernel", "features with slices to denoise", format!("{:?}", self.features)));
         }
         let published = match self.arch {
             Arch::AoNet => return Ok(self),

@@ -166,26 +166,26 @@ pub fn concat(first: &Planes, second: &Planes) -> Planes {
 
 /// See [`Op::KernelPredict`]. AO-Net §3.3, Eq. 2.
 pub fn kernel_predict(kernels: &Planes, guide: &Planes, patch: usize, weights: KernelWeights) -> Planes {
-    let outputs = weights.outputs_per_pixel();
-    let weighed = weights.guide(guide.channels);
-    let components = weighed.len();
+    let outputs = weights.outputs_per_pixel(guide.channels);
     Planes::from_fn((1, guide.height, guide.width), |_, y, x| {
         let pixel = y % patch * patch + x % patch;
         let kernel: Vec<f32> = (0..outputs)
             .map(|k| kernels.at(pixel * outputs + k, (y / patch) as isize, (x / patch) as isize))
             .collect();
         let neighbour = |k: usize| {
-            let (tap, c) = (k / components, weighed.start + k % components);
+            let (tap, c) = (k / GUIDE_CHANNELS, k % GUIDE_CHANNELS);
             let (dy, dx) = ((tap / WINDOW) as isize + FIRST_TAP, (tap % WINDOW) as isize + FIRST_TAP);
             guide.at(c, y as isize + dy, x as isize + dx)
         };
-        let (kernel, offset) = match weights {
-            KernelWeights::Softmax => (softmax_over_taps(&kernel), 0.0),
-            KernelWeights::Linear | KernelWeights::Off => (kernel, 0.0),
-            KernelWeights::Denoise => (kernel[..outputs - 1].to_vec(), kernel[outputs - 1]),
+        let kernel = match weights {
+            KernelWeights::Softmax => softmax_over_taps(&kernel),
+            KernelWeights::Linear | KernelWeights::Off => kernel,
+            KernelWeights::Guided => {
+                let own = |c: usize| kernel[c] * guide.at(c, y as isize, x as isize);
+                return kernel[outputs - 1] + (0..outputs - 1).map(own).sum::<f32>();
+            }
         };
-        let sum: f32 = kernel.iter().enumerate().map(|(k, w)| w * neighbour(k)).sum();
-        offset + sum / components as f32
+        kernel.iter().enumerate().map(|(k, w)| w * neighbour(k)).sum::<f32>() / GUIDE_CHANNELS as f32
     })
 }
 

@@ -130,9 +130,10 @@ fn brighten_head(graph: &Graph, tensors: &mut BTreeMap<String, Tensor>) {
                     BRIGHT / MEAN_NORMAL_Z * GUIDE_CHANNELS as f32 / taps
                 }
                 KernelWeights::Linear | KernelWeights::Softmax => 0.0,
-                // 1 minus the mean occlusion of the slices.
-                KernelWeights::Denoise if i % kernel.outputs_per_pixel() == WINDOW * WINDOW => 1.0,
-                KernelWeights::Denoise => -1.0 / taps,
+                KernelWeights::Guided => {
+                    let outputs = kernel.outputs_per_pixel(graph.nodes()[0].channels);
+                    if i % outputs + 1 == outputs { BRIGHT } else { 0.0 }
+                }
             };
         }
     }

@@ -136,45 +136,37 @@ fn kernel_predict(
 ) -> Tensor<4> {
     let [b, _, h, w] = kernels.dims();
     let pixels = patch * patch;
-    let weighed = weights.guide(guide.dims()[1]);
-    let guide = guide.narrow(1, weighed.start, weighed.len());
-    if weights == KernelWeights::Denoise {
-        let outputs = weights.outputs_per_pixel();
-        let kernels = kernels.reshape([b, pixels, outputs, h, w]);
-        let taps = kernels.clone().narrow(2, 0, outputs - 1).reshape([b, pixels * (outputs - 1), h, w]);
-        let offset = kernels.narrow(2, outputs - 1, 1).reshape([b, pixels, h, w]);
-        return weigh((taps, guide), patch, by) + patch_merge(offset, patch);
+    if weights == KernelWeights::Guided {
+        let channels = guide.dims()[1];
+        let own = patch_partition(guide, patch).reshape([b, channels, pixels, h, w]).swap_dims(1, 2);
+        let coefficients = kernels.reshape([b, pixels, channels + 1, h, w]);
+        let weighed = (coefficients.clone().narrow(2, 0, channels) * own).sum_dim(2);
+        let sum = weighed + coefficients.narrow(2, channels, 1);
+        return patch_merge(sum.reshape([b, pixels, h, w]), patch);
     }
     let kernels = match weights {
         KernelWeights::Softmax => {
             let by_component = kernels.reshape([b, pixels, TAPS / GUIDE_CHANNELS, GUIDE_CHANNELS, h * w]);
             softmax(by_component, 2).reshape([b, pixels * TAPS, h, w])
         }
-        KernelWeights::Linear | KernelWeights::Off | KernelWeights::Denoise => kernels,
+        KernelWeights::Linear | KernelWeights::Off | KernelWeights::Guided => kernels,
     };
-    weigh((kernels, guide), patch, by)
-}
-
-/// The 4x4 neighbourhoods of `guide` BxCxHxW weighed by `kernels` B x patch²·16·C x H/patch x W/patch; the mean over C.
-fn weigh((kernels, guide): (Tensor<4>, Tensor<4>), patch: usize, by: Kernels) -> Tensor<4> {
     if by == Kernels::Own {
         return flex_ops::weigh(kernels, guide);
     }
-    let [b, taps, h, w] = kernels.dims();
-    let (pixels, components) = (patch * patch, guide.dims()[1]);
-    let weighed = kernels.reshape([b, pixels, taps / pixels, h, w]) * neighbourhoods(guide, patch);
-    patch_merge(weighed.sum_dim(2).reshape([b, pixels, h, w]) / components as f64, patch)
+    let weighed = kernels.reshape([b, pixels, TAPS, h, w]) * neighbourhoods(guide, patch);
+    patch_merge(weighed.sum_dim(2).reshape([b, pixels, h, w]) / GUIDE_CHANNELS as f64, patch)
 }
 
-/// The 4x4 neighbourhood of every pixel: B x patch² x 16·C x H/patch x W/patch.
+/// The 4x4 neighbourhood of every normal: B x patch² x 48 x H/patch x W/patch.
 fn neighbourhoods(guide: Tensor<4>, patch: usize) -> Tensor<5> {
-    let [b, c, height, width] = guide.dims();
+    let [b, _, height, width] = guide.dims();
     let (h, w) = (height / patch, width / patch);
     let before = FIRST_TAP.unsigned_abs();
-    let padded = repeat_edge(guide, (before, WINDOW - 1 - before));
+    let padded = repeat_edge(guide.narrow(1, 0, GUIDE_CHANNELS), (before, WINDOW - 1 - before));
     let tap = |t: usize| {
         let shifted = padded.clone().narrow(2, t / WINDOW, height).narrow(3, t % WINDOW, width);
-        patch_partition(shifted, patch).reshape([b, c, patch * patch, h, w]).swap_dims(1, 2)
+        patch_partition(shifted, patch).reshape([b, GUIDE_CHANNELS, patch * patch, h, w]).swap_dims(1, 2)
     };
     Tensor::cat((0..WINDOW * WINDOW).map(tap).collect(), 2)
 }

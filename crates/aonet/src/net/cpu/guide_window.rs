@@ -1,26 +1,24 @@
-//! What the kernels of a few neighbouring cells weigh.
+//! The normals that the kernels of a few neighbouring cells weigh.
 
-use crate::net::graph::{FIRST_TAP, WINDOW};
+use crate::net::graph::{FIRST_TAP, GUIDE_CHANNELS, WINDOW};
 use crate::net::plan::{Buffer, HALO};
-use std::ops::Range;
 
 /// Side of the square of pixels that the kernels of one patch reach.
 pub(super) fn window_side(patch: usize) -> usize {
     patch + WINDOW - 1
 }
 
-/// Values of that square, `channels` a pixel.
-pub(super) fn window_len(patch: usize, channels: usize) -> usize {
-    window_side(patch) * window_side(patch) * channels
+/// Normal components of that square.
+pub(super) fn window_len(patch: usize) -> usize {
+    window_side(patch) * window_side(patch) * GUIDE_CHANNELS
 }
 
-/// Where it is.
+/// Where the normals are.
+#[derive(Clone, Copy)]
 pub(super) struct GuideWindow<'a> {
     /// The partitioned features.
     pub(super) guide: &'a [f32],
     pub(super) buffer: &'a Buffer,
-    /// Features that are weighed.
-    pub(super) channels: Range<usize>,
     /// Side of a patch [px].
     pub(super) patch: usize,
     /// Row of cells.
@@ -30,7 +28,7 @@ pub(super) struct GuideWindow<'a> {
 }
 
 impl GuideWindow<'_> {
-    /// Copies, for each pixel of the square and each channel, the values of `cells` cells; edges repeat.
+    /// Copies, for each pixel of the square and each component, the values of `cells` cells; edges repeat.
     #[inline(always)]
     pub(super) fn copy_to(&self, out: &mut [f32], cells: usize) {
         match self.patch {
@@ -39,6 +37,21 @@ impl GuideWindow<'_> {
             4 => self.copy::<4>(out, cells),
             8 => self.copy::<8>(out, cells),
             patch => unreachable!("patches of {patch}"),
+        }
+    }
+
+    /// Copies one channel of the partitioned features; cells beyond the image repeat the last one.
+    #[inline(always)]
+    pub(super) fn copy_own(&self, channel: usize, out: &mut [f32]) {
+        let width = self.buffer.width;
+        let row = &self.guide[self.y * self.buffer.row_len()..][..self.buffer.row_len()];
+        let line = &row[channel * (width + 2 * HALO) + HALO..][..width];
+        match line.get(self.x..self.x + out.len()) {
+            Some(line) => out.copy_from_slice(line),
+            None => {
+                let cells = out.iter_mut().enumerate();
+                cells.for_each(|(cell, out)| *out = line[(self.x + cell).min(width - 1)]);
+            }
         }
     }
 
@@ -54,8 +67,7 @@ impl GuideWindow<'_> {
                 let x = clamped::<PATCH>(self.x, dx, width);
                 let before = self.x == 0 && dx < FIRST_TAP.unsigned_abs();
                 let inside = !before && x / PATCH + cells <= width;
-                for (c, out) in lines.by_ref().take(self.channels.len()).enumerate() {
-                    let c = self.channels.start + c;
+                for (c, out) in lines.by_ref().take(GUIDE_CHANNELS).enumerate() {
                     let first = (c * PATCH + y % PATCH) * PATCH * pitch + HALO;
                     if inside {
                         out.copy_from_slice(&row[first + x % PATCH * pitch + x / PATCH..][..cells]);

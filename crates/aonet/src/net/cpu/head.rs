@@ -43,7 +43,7 @@ impl Head {
         let weight = &weights.get(&format!("{name}.weight")).values;
         let bias = &weights.get(&format!("{name}.bias")).values;
         let (input, guide) = (plan.buffers[input].clone(), plan.buffers[guide].clone());
-        let outputs = patch * patch * kernel.outputs_per_pixel();
+        let outputs = patch * patch * kernel.outputs_per_pixel(guide.channels / (patch * patch));
         let group = isa.accumulators() / VECTORS;
         let padded = outputs.next_multiple_of(group);
         let mut packed = Aligned::zeros(padded * input.channels)?;
@@ -99,8 +99,7 @@ impl Kernel for HeadBand<'_> {
             let features = &self.input[y * head.input.row_len()..][..head.input.row_len()];
             for x in (0..cells).step_by(VECTORS * S::LANES) {
                 let (buffer, patch) = (&head.guide, head.patch);
-                let channels = head.kernel.guide(buffer.channels / (patch * patch));
-                let guide = GuideWindow { guide: self.guide, buffer, channels, patch, y, x };
+                let guide = GuideWindow { guide: self.guide, buffer, patch, y, x };
                 let tile = Tile { head, features, guide };
                 let visibility = match cells - x > S::LANES {
                     true => tile.run::<S, VECTORS>(simd, band.scratch),

@@ -7,6 +7,9 @@ use crate::net::config::KernelWeights;
 use crate::net::graph::{GUIDE_CHANNELS, TAPS, WINDOW};
 use crate::net::plan::{CHANNEL_BLOCK, HALO};
 
+/// Weights of one row of a kernel.
+const ROW_TAPS: usize = WINDOW * GUIDE_CHANNELS;
+
 /// Neighbouring cells of a row.
 pub(super) struct Tile<'a> {
     pub(super) head: &'a Head,
@@ -18,7 +21,7 @@ pub(super) struct Tile<'a> {
 impl Tile<'_> {
     /// Values of scratch memory for `cells` cells: features, window, kernels and visibility.
     pub(super) fn scratch_len(head: &Head, cells: usize) -> usize {
-        (feature_lines(head) + window_len(head.patch, GUIDE_CHANNELS) + TAPS + head.patch * head.patch) * cells
+        (feature_lines(head) + window_len(head.patch) + TAPS + head.patch * head.patch) * cells
     }
 
     /// The visibility of `N` vectors of cells, pixel of the patch by pixel, and the number of cells.
@@ -44,7 +47,7 @@ impl Tile<'_> {
     ) -> (&'s [f32], usize) {
         let cells = N * S::LANES;
         let (features, rest) = scratch.split_at_mut(feature_lines(self.head) * cells);
-        let (window, rest) = rest.split_at_mut(window_len(self.head.patch, self.guide.channels.len()) * cells);
+        let (window, rest) = rest.split_at_mut(window_len(self.head.patch) * cells);
         let (kernel, rest) = rest.split_at_mut(TAPS * cells);
         let visibility = &mut rest[..self.head.patch * self.head.patch * cells];
         self.transpose_features::<S>(features, cells);
@@ -63,10 +66,7 @@ impl Tile<'_> {
                     self.apply::<S, N, K>(simd, (features, window), (pixel, out));
                 }
             }
-            KernelWeights::Denoise => {
-                self.guide.copy_to(window, cells);
-                self.denoise::<S, N, K>(simd, (features, window), visibility);
-            }
+            KernelWeights::Guided => self.apply_guided::<S, N, K>(simd, features, (kernel, visibility)),
             KernelWeights::Softmax => {
                 self.guide.copy_to(window, cells);
                 for (pixel, out) in visibility.chunks_exact_mut(cells).enumerate() {
@@ -141,32 +141,32 @@ impl Tile<'_> {
         }
     }
 
-    /// Predicts the kernels and offsets of all pixels of the patch, some at a time, and adds up what they weigh.
+    /// Predicts the coefficients and offsets of all pixels of the patch, some at a time, and adds up what they weigh.
+    /// `line` is scratch memory for one channel.
     #[inline(always)]
-    fn denoise<S: Simd, const N: usize, const K: usize>(
+    fn apply_guided<S: Simd, const N: usize, const K: usize>(
         &self,
         simd: S,
-        (features, window): (&[f32], &[f32]),
-        visibility: &mut [f32],
+        features: &[f32],
+        (line, visibility): (&mut [f32], &mut [f32]),
     ) {
         let cells = N * S::LANES;
-        let (pixels, outputs) = (self.head.patch * self.head.patch, KernelWeights::Denoise.outputs_per_pixel());
+        let line = &mut line[..cells];
+        let area = self.head.patch * self.head.patch;
+        let channels = self.head.guide.channels / area;
         visibility.fill(0.0);
-        for group in 0..(pixels * outputs).div_ceil(K) {
-            let kernel = self.outputs::<S, N, K>(simd, features, group);
-            for (i, weight) in (group * K..pixels * outputs).zip(kernel) {
-                let (pixel, k) = (i / outputs, i % outputs);
+        for group in 0..(area * (channels + 1)).div_ceil(K) {
+            let coefficients = self.outputs::<S, N, K>(simd, features, group);
+            for (i, coefficient) in (group * K..area * (channels + 1)).zip(coefficients) {
+                let (pixel, c) = (i / (channels + 1), i % (channels + 1));
+                match c < channels {
+                    true => self.guide.copy_own(c * area + pixel, line),
+                    false => line.fill(1.0),
+                }
                 let total = &mut visibility[pixel * cells..][..cells];
-                let taps = (k + 1 < outputs).then(|| &window[self.window_index(pixel, k) * cells..][..cells]);
-                for n in 0..N {
-                    let total = &mut total[n * S::LANES..][..S::LANES];
-                    let sum = match taps {
-                        Some(taps) => {
-                            simd.mul_add(weight[n], simd.load(&taps[n * S::LANES..]), simd.load(total))
-                        }
-                        None => simd.add(weight[n], simd.load(total)),
-                    };
-                    simd.store(sum, total);
+                let lines = line.chunks_exact(S::LANES).zip(total.chunks_exact_mut(S::LANES));
+                for (value, (line, total)) in coefficient.iter().zip(lines) {
+                    simd.store(simd.mul_add(*value, simd.load(line), simd.load(total)), total);
                 }
             }
         }
@@ -199,9 +199,8 @@ impl Tile<'_> {
     #[inline(always)]
     fn window_index(&self, pixel: usize, k: usize) -> usize {
         let patch = self.head.patch;
-        let channels = self.guide.channels.len();
-        let (dy, dx) = (pixel / patch + k / (WINDOW * channels), pixel % patch);
-        (dy * window_side(patch) + dx) * channels + k % (WINDOW * channels)
+        let (dy, dx) = (pixel / patch + k / ROW_TAPS, pixel % patch);
+        (dy * window_side(patch) + dx) * GUIDE_CHANNELS + k % ROW_TAPS
     }
 
     /// Features of the cells, channel by channel; cells beyond the image repeat the last one.

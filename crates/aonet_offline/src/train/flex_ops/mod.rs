@@ -6,6 +6,7 @@
 mod convolution;
 mod neighbours;
 
+use aonet::net::graph::TAPS;
 use burn::backend::autodiff::checkpoint::base::Checkpointer;
 use burn::backend::autodiff::checkpoint::strategy::CheckpointStrategy;
 use burn::backend::autodiff::grads::Gradients;
@@ -23,8 +24,8 @@ pub(super) fn conv(x: Tensor<4>, weight: Tensor<4>, bias: Tensor<1>) -> Tensor<4
     Tensor::from_dispatch(y)
 }
 
-/// The 4x4 neighbourhoods of `guide` BxCxHxW weighed by `kernels` B x patch²·16·C x H/patch x W/patch, their sum over
-/// the channels divided by C: Bx1xHxW. No gradient for `guide`. On the CPU only. // AO-Net Eq. 2
+/// The 4x4 neighbourhoods of `guide` Bx3xHxW weighed by `kernels` B x patch²·48 x H/patch x W/patch, their sum over
+/// the components divided by three: Bx1xHxW. No gradient for `guide`. On the CPU only. // AO-Net Eq. 2
 pub(super) fn weigh(kernels: Tensor<4>, guide: Tensor<4>) -> Tensor<4> {
     Tensor::from_dispatch(Dispatch::weigh_guide(kernels.into_dispatch(), guide.into_dispatch()))
 }
@@ -134,10 +135,10 @@ impl Backward<Flex, 1> for WeighBackward {
         let (kernels, guide) = (ops.state.0, ops.state.1.to_contiguous());
         let Some(node) = of_kernels else { return };
         let neighbours = Neighbours::new(&kernels, &guide);
-        let mut out = vec![0.0; neighbours.pixels() * neighbours.taps()];
+        let mut out = vec![0.0; neighbours.pixels() * TAPS];
         neighbours.spread(floats(&slope), &mut out);
         let (h, w) = (neighbours.cells(), neighbours.row());
-        let channels = neighbours.patch * neighbours.patch * neighbours.taps();
+        let channels = neighbours.patch * neighbours.patch * TAPS;
         grads.register::<Flex>(node.id, tensor(out, [neighbours.batch, channels, h, w]));
     }
 }

@@ -1,32 +1,31 @@
 //! Kernel prediction: what a pixel's kernel weighs.
 
 use super::{Values, floats};
-use aonet::net::graph::{FIRST_TAP, WINDOW};
+use aonet::net::graph::{FIRST_TAP, GUIDE_CHANNELS, TAPS, WINDOW};
 
 /// The neighbourhoods of a guide image, sorted so that pixels at one place of their patches lie side by side.
 pub(super) struct Neighbours {
     pub(super) batch: usize,
-    /// Channels of the guide.
-    components: usize,
     pub(super) height: usize,
     pub(super) width: usize,
     pub(super) patch: usize,
-    /// B x C x (H + 3) x patch x (W/patch + 1): column `x` of the padded guide is at (x % patch, x / patch).
+    /// B x 3 x (H + 3) x patch x (W/patch + 1): column `x` of the padded guide is at (x % patch, x / patch).
     guide: Vec<f32>,
 }
 
 impl Neighbours {
     pub(super) fn new(kernels: &Values, guide: &Values) -> Self {
         let (cells, shape) = (kernels.layout().shape(), guide.layout().shape());
-        let (batch, components, height, width) = (shape[0], shape[1], shape[2], shape[3]);
+        let (batch, channels, height, width) = (shape[0], shape[1], shape[2], shape[3]);
         let patch = width / cells[3];
-        let mut this = Self { batch, components, height, width, patch, guide: Vec::new() };
+        let mut this = Self { batch, height, width, patch, guide: Vec::new() };
         let line = this.line();
-        this.guide = vec![0.0; batch * components * (height + WINDOW - 1) * patch * line];
+        this.guide = vec![0.0; batch * GUIDE_CHANNELS * (height + WINDOW - 1) * patch * line];
         let lines = this.guide.chunks_exact_mut(patch * line).enumerate();
         let guide = floats(guide);
         for (i, out) in lines {
             let (plane, y) = (i / (height + WINDOW - 1), i % (height + WINDOW - 1));
+            let plane = plane / GUIDE_CHANNELS * channels + plane % GUIDE_CHANNELS;
             let y = y.saturating_add_signed(FIRST_TAP).min(height - 1);
             let from = &guide[(plane * height + y) * width..][..width];
             for (k, value) in out.iter_mut().enumerate() {
@@ -39,11 +38,6 @@ impl Neighbours {
 
     pub(super) fn pixels(&self) -> usize {
         self.batch * self.height * self.width
-    }
-
-    /// Kernel weights a pixel.
-    pub(super) fn taps(&self) -> usize {
-        WINDOW * WINDOW * self.components
     }
 
     /// Patches from top to bottom.
@@ -65,20 +59,19 @@ impl Neighbours {
     /// that it weighs start in the image (`patch` apart), and the guide's values.
     fn each(&self, mut visit: impl FnMut(usize, usize, &[f32])) {
         let (p, cells, row, line) = (self.patch, self.cells(), self.row(), self.line());
-        let c = self.components;
         for item in 0..self.batch {
             for y in 0..cells {
                 for pixel in 0..p * p {
                     let (dy, dx) = (pixel / p, pixel % p);
                     let to = (item * self.height + y * p + dy) * self.width + dx;
-                    for tap in 0..self.taps() {
-                        let (component, tap_x) = (tap % c, tap / c % WINDOW);
-                        let guide_y = y * p + dy + tap / c / WINDOW;
-                        let plane = item * c + component;
+                    for tap in 0..TAPS {
+                        let (component, tap_x) = (tap % GUIDE_CHANNELS, tap / GUIDE_CHANNELS % WINDOW);
+                        let guide_y = y * p + dy + tap / GUIDE_CHANNELS / WINDOW;
+                        let plane = item * GUIDE_CHANNELS + component;
                         let start = ((plane * (self.height + WINDOW - 1) + guide_y) * p + (dx + tap_x) % p)
                             * line
                             + (dx + tap_x) / p;
-                        let kernel = ((item * p * p + pixel) * self.taps() + tap) * cells + y;
+                        let kernel = ((item * p * p + pixel) * TAPS + tap) * cells + y;
                         visit(kernel * row, to, &self.guide[start..start + row]);
                     }
                 }
@@ -96,9 +89,9 @@ impl Neighbours {
                 *sum += k * g;
             }
             taps += 1;
-            if taps == self.taps() {
+            if taps == TAPS {
                 let pixels = out[to..].iter_mut().step_by(self.patch);
-                pixels.zip(&sums).for_each(|(o, s)| *o = s / self.components as f32);
+                pixels.zip(&sums).for_each(|(o, s)| *o = s / GUIDE_CHANNELS as f32);
                 sums.fill(0.0);
                 taps = 0;
             }
@@ -113,7 +106,7 @@ impl Neighbours {
         self.each(|kernel, from, guide| {
             if current != from {
                 let pixels = slope[from..].iter().step_by(self.patch);
-                slopes.iter_mut().zip(pixels).for_each(|(t, s)| *t = s / self.components as f32);
+                slopes.iter_mut().zip(pixels).for_each(|(t, s)| *t = s / GUIDE_CHANNELS as f32);
                 current = from;
             }
             let out = &mut out[kernel..kernel + row];
