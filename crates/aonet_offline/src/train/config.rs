@@ -1,5 +1,6 @@
 //! What a training run is: a JSON file that, with a dataset and a seed, gives the same weights again.
 
+use super::ssim::LEAST_MS_SSIM_SIDE;
 use crate::error::{Error, Result};
 use aonet::net::ModelConfig;
 use serde::{Deserialize, Serialize};
@@ -49,17 +50,35 @@ pub enum Optimizer {
 }
 
 /// Eq. 5: `perceptual` is lambda_1, `dssim` is lambda_2. `l1` is ours: SSIM and VGG are weak on absolute brightness.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+/// `ms_ssim` and `ssim_window` are for other people's networks. By default every term is off.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LossConfig {
-    /// Weight of 0.5 (1 - SSIM), Eq. 3. The paper: 0.94.
+    /// Weight of 0.5 (1 - SSIM), Eq. 3. The paper: 0.94. Deep Shading: 2, and nothing else.
     pub dssim: f64,
     /// Weight of the VGG-19 distance, Eq. 4; needs a weights file at run time. The paper: 0.06.
     pub perceptual: f64,
     /// VGG-19 activations compared, such as `relu2_2`.
     pub vgg_layers: Vec<String>,
-    /// Weight of the mean absolute error.
+    /// Weight of the mean absolute error. DeepAO: 0.24.
     pub l1: f64,
+    /// Weight of 1 - MS-SSIM, Wang et al. 2003, with Gaussian windows; for crops of at least 176 px. DeepAO: 0.84.
+    #[serde(default)]
+    pub ms_ssim: f64,
+    /// The window of `dssim`.
+    #[serde(default)]
+    pub ssim_window: SsimWindow,
+}
+
+/// What SSIM looks through.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum SsimWindow {
+    /// 11x11, Gaussian with a spread of 1.5; C1 is 1e-4, C2 is 9e-4. Wang et al. 2004.
+    #[default]
+    Gaussian11,
+    /// 8x8, equal weights; C1 is 1e-4, C2 is 1e-3. Deep Shading.
+    Flat8,
 }
 
 /// Symmetries that leave the meaning of a frame unchanged; normals are turned with the image.
@@ -82,7 +101,12 @@ impl TrainConfig {
             crop: 256,
             optimizer: Optimizer::Adam,
             learning_rate: 1e-3,
-            loss: LossConfig { dssim: 0.94, perceptual: 0.06, vgg_layers: vec!["relu2_2".into()], l1: 0.0 },
+            loss: LossConfig {
+                dssim: 0.94,
+                perceptual: 0.06,
+                vgg_layers: vec!["relu2_2".into()],
+                ..LossConfig::default()
+            },
             augment: Augment { mirror: true, roll: 0.25 },
             seed: 1,
             validate_every: 500,
@@ -120,18 +144,66 @@ impl TrainConfig {
             let expected = format!("a multiple of {} that is at least 32", graph.alignment());
             return Err(Error::request("training crop", expected, self.crop));
         }
-        let weights =
-            [self.learning_rate, self.loss.dssim, self.loss.perceptual, self.loss.l1, self.augment.roll];
-        if weights.iter().any(|w| !(w.is_finite() && *w >= 0.0))
-            || self.learning_rate == 0.0
-            || self.augment.roll > 1.0
-        {
-            let expected = "finite learning_rate > 0, loss weights >= 0, roll in [0, 1]";
-            return Err(Error::request("training configuration", expected, format!("{weights:?}")));
+        let (rate, roll) = (self.learning_rate, self.augment.roll);
+        if !(rate > 0.0 && rate.is_finite() && (0.0..=1.0).contains(&roll)) {
+            let found = format!("{rate} and {roll}");
+            return Err(Error::request("training learning_rate and roll", "finite > 0 and in [0, 1]", found));
         }
-        if self.loss.dssim + self.loss.l1 + self.loss.perceptual == 0.0 {
+        self.loss.check(self.crop)?;
+        Ok(self)
+    }
+}
+
+impl LossConfig {
+    /// Weights of the terms that need no file.
+    pub(crate) fn plain_weights(&self) -> f64 {
+        self.dssim + self.l1 + self.ms_ssim
+    }
+
+    fn check(&self, crop: usize) -> Result<()> {
+        let weights = [self.dssim, self.perceptual, self.l1, self.ms_ssim];
+        if weights.iter().any(|w| !(w.is_finite() && *w >= 0.0)) {
+            return Err(Error::request("training loss", "finite weights >= 0", format!("{weights:?}")));
+        }
+        if self.plain_weights() + self.perceptual == 0.0 {
             return Err(Error::request("training loss", "at least one weight above zero", "none"));
         }
-        Ok(self)
+        if self.ms_ssim > 0.0 && crop < LEAST_MS_SSIM_SIDE {
+            let expected = format!("at least {LEAST_MS_SSIM_SIDE}: MS-SSIM looks at five scales");
+            return Err(Error::request("training crop", expected, crop));
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn ms_ssim(weight: f64, crop: usize) -> TrainConfig {
+        let paper = TrainConfig::paper(ModelConfig::paper());
+        TrainConfig { crop, loss: LossConfig { ms_ssim: weight, ..paper.loss.clone() }, ..paper }
+    }
+
+    #[test]
+    fn fields_out_of_range_are_refused_by_name() {
+        let loss = |loss| TrainConfig { loss, ..ms_ssim(0.0, 256) };
+        let cases = [
+            (TrainConfig { learning_rate: 0.0, ..ms_ssim(0.0, 256) }, "learning_rate"),
+            (TrainConfig { learning_rate: f64::NAN, ..ms_ssim(0.0, 256) }, "learning_rate"),
+            (TrainConfig { augment: Augment { mirror: true, roll: 1.5 }, ..ms_ssim(0.0, 256) }, "roll"),
+            (TrainConfig { batch: 0, ..ms_ssim(0.0, 256) }, "batch"),
+            (ms_ssim(0.0, 100), "crop"),
+            (ms_ssim(0.84, 160), "at least 176"),
+            (ms_ssim(-0.84, 256), "weights >= 0"),
+            (loss(LossConfig::default()), "above zero"),
+        ];
+        for (config, named) in cases {
+            let error = config.checked().unwrap_err().to_string();
+            assert!(error.contains(named), "{error} should name {named}");
+        }
+        ms_ssim(0.84, 192).checked().unwrap();
+        ms_ssim(0.0, 160).checked().unwrap();
+        loss(LossConfig { ms_ssim: 1.0, ..LossConfig::default() }).checked().unwrap();
     }
 }

@@ -14,13 +14,14 @@ mod loss;
 mod net;
 pub mod queue;
 mod samples;
+mod ssim;
 mod step;
 #[cfg(test)]
 mod tests;
 mod validate;
 mod vgg;
 
-pub use config::{Augment, LossConfig, Optimizer, TrainConfig};
+pub use config::{Augment, LossConfig, Optimizer, SsimWindow, TrainConfig};
 pub use frames::Frames;
 pub use validate::Scores;
 
@@ -253,7 +254,7 @@ fn loss_of(
         }
         Some(_) | None => None,
     };
-    if vgg.is_none() && config.loss.dssim + config.loss.l1 == 0.0 {
+    if vgg.is_none() && config.loss.plain_weights() == 0.0 {
         return Err(Error::request(
             "training loss",
             "VGG-19 weights, or a term besides perceptual",

@@ -93,7 +93,7 @@ fn the_agreement_check_sees_one_changed_weight() {
 
 fn gradients(model: &Model, crops: &[Crop], workers: usize) -> (f64, Gradients) {
     let device = Device::flex().autodiff();
-    let config = LossConfig { dssim: 1.0, perceptual: 0.0, vgg_layers: vec![], l1: 0.0 };
+    let config = LossConfig { dssim: 1.0, ..LossConfig::default() };
     let loss = Loss::new(&config, 32, None, &device);
     let workers = single_threaded_pools(workers);
     let stepper = Stepper {
