@@ -274,8 +274,12 @@ mod tests {
         let config = tiny_config(2);
         assert!(reads(&mut frames, &config));
         assert!(!reads(&mut frames, &TrainConfig { steps: 9, seed: 4, ..config.clone() }));
-        assert!(reads(&mut frames, &TrainConfig { crop: 32, ..config.clone() }));
-        let normals = ModelConfig { features: Features::Normal, ..config.model.clone() };
-        assert!(reads(&mut frames, &TrainConfig { model: normals, ..config }));
+        let small = TrainConfig { crop: 32, ..config };
+        assert!(reads(&mut frames, &small));
+        let normals = ModelConfig { features: Features::Normal, ..small.model.clone() };
+        let normals = TrainConfig { model: normals, ..small };
+        assert!(reads(&mut frames, &normals));
+        assert!(reads(&mut frames, &TrainConfig { validation_frames: 1, ..normals.clone() }));
+        assert!(reads(&mut frames, &normals), "only the last frames are kept");
     }
 }
