@@ -179,10 +179,40 @@ impl LossConfig {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::path::PathBuf;
 
     fn ms_ssim(weight: f64, crop: usize) -> TrainConfig {
         let paper = TrainConfig::paper(ModelConfig::paper());
         TrainConfig { crop, loss: LossConfig { ms_ssim: weight, ..paper.loss.clone() }, ..paper }
+    }
+
+    fn json_files(dir: &Path) -> Vec<PathBuf> {
+        let entries = std::fs::read_dir(dir).unwrap().map(|entry| entry.unwrap().path());
+        let files = |path: PathBuf| if path.is_dir() { json_files(&path) } else { vec![path] };
+        entries.flat_map(files).collect()
+    }
+
+    #[test]
+    fn the_configurations_of_the_project_are_good() {
+        let dir = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../configs");
+        let rows = dir.join("rows");
+        let files = json_files(&dir);
+        assert!(files.iter().any(|f| f.parent() == Some(&rows)), "subfolders are looked into");
+        let mut budgets = Vec::new();
+        for file in &files {
+            let config = TrainConfig::load(file).unwrap();
+            if file.parent() == Some(&rows) {
+                let budget = (config.steps, config.batch, config.crop, config.seed, config.validation_frames);
+                budgets.push((budget, config.augment, file));
+            }
+        }
+        for (budget, augment, file) in &budgets {
+            assert!(
+                (budget, augment) == (&budgets[0].0, &budgets[0].1),
+                "{}: another budget",
+                file.display()
+            );
+        }
     }
 
     #[test]
