@@ -34,6 +34,7 @@ use checkpoint::State;
 use frames::Loaded;
 use log::Log;
 use loss::Loss;
+use net::Kernels;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 use step::Stepper;
@@ -231,6 +232,14 @@ fn device_of(device: TrainDevice) -> Device {
     }
 }
 
+fn kernels_of(device: TrainDevice) -> Kernels {
+    match device {
+        TrainDevice::Flex { .. } => Kernels::Own,
+        #[cfg(feature = "cuda")]
+        TrainDevice::Cuda => Kernels::Framework,
+    }
+}
+
 fn workers_of(device: TrainDevice) -> Vec<rayon::ThreadPool> {
     match device {
         TrainDevice::Flex { threads } => step::single_threaded_pools(threads.max(1)),
@@ -247,7 +256,9 @@ fn loss_of(
 ) -> Result<Loss> {
     let wanted = config.loss.perceptual > 0.0;
     let vgg = match &run.vgg {
-        Some(path) if wanted => Some(vgg::Vgg::load(path, &config.loss.vgg_layers, device)?),
+        Some(path) if wanted => {
+            Some(vgg::Vgg::load(path, &config.loss.vgg_layers, (device, kernels_of(run.device)))?)
+        }
         None if wanted => {
             events(TrainEvent::NoPerceptualTerm);
             None
