@@ -48,7 +48,6 @@ pub(super) fn figure(
     let (keys, count, columns): (&[&str], _, _) = match item {
         Item::Fig5 => (&["base", "base_patch"], 2, 5),
         Item::Fig6 => (&["base_patch", AO_NET], 3, 4),
-        Item::Fig7 => (&METHODS, 4, METHODS.len() + 2),
         _ => (&METHODS, 4, METHODS.len() + 2),
     };
     let chosen = chosen(manifest, count);
