@@ -127,6 +127,7 @@ fn stage(args: &Args) -> Result<(Tracer, View)> {
         (Some(SceneSource::Procedural { kind, seed }), None) => {
             Ok(propose_view(&SceneSpec::procedural(*kind, *seed, SceneSplit::Train), size, args.seed)?)
         }
+        (Some(SceneSource::Imported), None) => bail!("--scene imported: imported frames have no triangles"),
         (Some(SceneSource::File(path)), None) => {
             let spec = SceneSpec::from_file(path, SceneSplit::Train)?.with_environment(args.environment);
             Ok(propose_view(&spec, size, args.seed)?)
