@@ -248,6 +248,46 @@ fn the_papers_tables_say_what_is_not_trained() {
 }
 
 #[test]
+fn frames_of_another_program_are_imported_and_evaluated() {
+    let desk = Desk::new();
+    std::fs::create_dir(desk.path("theirs")).unwrap();
+    std::fs::write(desk.path("model.safetensors"), aonet::net::shipped::PAPER).unwrap();
+    for (name, width) in [("a", 64), ("b", 48)] {
+        desk.write("theirs.json", &view(width, 40, "0.5"));
+        desk.ok(&format!("trace {SCENE} --view theirs.json --spp 8 -o theirs/{name}.exr"));
+    }
+    let import = "dataset import ours --normal theirs --depth theirs --ao theirs --fov-y";
+    for (rest, word) in [
+        ("0 --radius 1", "field of view"),
+        ("-50 --radius 1", "field of view"),
+        ("50 --radius 0", "radius"),
+        ("50 --radius 1", "exr: normals"),
+    ] {
+        assert!(desk.fails(&format!("{import} {rest}")).contains(word), "{rest}");
+    }
+    assert!(!desk.path("ours").exists());
+    let facts = desk.json(&format!("{import} 50 --radius 0.5 --normals plain --json"));
+    assert_eq!((facts["imported"].as_u64(), facts["kept"].as_u64()), (Some(2), Some(0)));
+    assert_eq!(desk.json(&format!("{import} 50 --radius 0.5 --normals plain --json"))["kept"], 2);
+    assert!(desk.fails(&format!("{import} 51 --radius 0.5 --normals plain")).contains("fov_y_deg"));
+    assert_eq!(desk.json("info ours --json")["frames"]["test"], 2);
+    let table = desk.json("eval ours --constant 0.8 --json");
+    assert_eq!(table["conditions"]["reference_spp"], Value::Null);
+    // The same frames one by one.
+    let ssim = ["a", "b"].map(|name| {
+        desk.ok(&format!("infer theirs/{name}.exr -o net.exr"));
+        let scores = desk.json(&format!("compare theirs/{name}.exr net.exr --json"));
+        scores["images"][0]["full"]["ssim"].as_f64().unwrap()
+    });
+    let found = table["overall"][1]["scores"]["ssim"].as_f64().unwrap();
+    assert!((found - 0.5 * (ssim[0] + ssim[1])).abs() < 1e-3, "{found} {ssim:?}");
+    assert!(desk.fails("eval ours --constant 0.8 --model model.safetensors").contains("Given(0.5)"));
+    let text = desk.ok("eval ours --constant 0.8 --model model.safetensors --any-radius");
+    assert!(text.contains("model *") && text.contains("reference imported"), "{text}");
+    assert!(desk.fails("dataset again --from ours/manifest.json").contains("imported frames"));
+}
+
+#[test]
 fn help_and_completions_are_complete() {
     let desk = Desk::new();
     let help = desk.ok("--help");

@@ -1,7 +1,7 @@
 //! Replays what the fuzzers start from and what they found (`fuzz/seeds`): files named `crash-*` once broke a
 //! reader, all others are sound.
 
-use aonet::net::config::{Arch, Features, KernelWeights};
+use aonet::net::config::{Arch, Features, KernelWeights, Skips};
 use aonet::net::model::Precision;
 use aonet::net::{Graph, Model, ModelConfig, TrainingFacts, Weights};
 use aonet_offline::View;
@@ -91,6 +91,7 @@ fn write_fuzz_seeds() {
         kernel: KernelWeights::Off,
         encoder: vec![1, 1],
         decoder: vec![1],
+        skips: Skips::Concat,
     };
     let weights = Weights::init(&Graph::new(&config).unwrap(), 1);
     let model = Model::new(config, weights, TrainingFacts::default()).unwrap();

@@ -1,12 +1,13 @@
 //! `aonet dataset`: frames for training and evaluation.
 
+mod import;
 mod make;
 mod progress;
+mod sheet;
 
 use crate::output;
 use anyhow::Result;
 use aonet_offline::dataset::{self, Manifest, Shard};
-use aonet_offline::picture;
 use clap::{Parser, Subcommand};
 use std::path::PathBuf;
 
@@ -51,6 +52,12 @@ pub(crate) struct Args {
 
 #[derive(Debug, Subcommand)]
 enum Action {
+    /// Make a dataset of frames that another program made: folders of OpenEXR images of normals, depth and AO.
+    ///
+    /// A frame is three files with one name: their path below the folders without .exr. Where names differ, the word that
+    /// all files of a folder end in (0001_normal, 0001_depth), else that all begin with, does not count. The first folder
+    /// of a name is its scene. May be stopped and started again.
+    Import(import::Args),
     /// Join the shards in one or more folders into the first of them.
     Merge {
         /// Folders with manifest-I-of-N.json.
@@ -58,19 +65,7 @@ enum Action {
         dirs: Vec<PathBuf>,
     },
     /// Draw many frames in one picture: normals above AO.
-    Sheet {
-        /// The dataset's folder, or a manifest.
-        dataset: PathBuf,
-        /// PNG to write.
-        #[arg(short, long)]
-        output: PathBuf,
-        /// How many frames, spread over the dataset.
-        #[arg(long, default_value_t = FRAMES)]
-        count: usize,
-        /// Frames in a row.
-        #[arg(long, default_value_t = COLUMNS)]
-        columns: usize,
-    },
+    Sheet(sheet::Args),
 }
 
 #[derive(Debug, clap::Args)]
@@ -139,13 +134,11 @@ pub(super) struct Make {
 pub(crate) fn run(args: Args) -> Result<()> {
     match args.action {
         None => make::run(&args.make),
+        Some(Action::Import(args)) => import::run(args),
         Some(Action::Merge { dirs }) => {
             let manifest = dataset::merge(&dirs)?;
             output::text(&format!("{}\n", manifest.dir().join(Manifest::file_name(None)).display()))
         }
-        Some(Action::Sheet { dataset, output, count, columns }) => {
-            let sheet = dataset::contact_sheet(&Manifest::load(&dataset)?, count, columns)?;
-            Ok(picture::save_png(&sheet, &output)?)
-        }
+        Some(Action::Sheet(args)) => sheet::run(&args),
     }
 }

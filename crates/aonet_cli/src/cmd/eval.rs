@@ -131,7 +131,8 @@ struct Conditions {
     frames: usize,
     width: usize,
     height: usize,
-    reference_spp: u32,
+    /// Nothing where imported frames do not say.
+    reference_spp: Option<u32>,
     threads: usize,
     cores: usize,
 }
@@ -145,7 +146,7 @@ fn conditions(args: &Args, manifest: &Manifest, threads: usize) -> Conditions {
         frames: manifest.frames(split).count(),
         width: recipe.width,
         height: recipe.height,
-        reference_spp: recipe.spp(split),
+        reference_spp: Some(recipe.spp(split)).filter(|spp| *spp > 0),
         threads,
         cores: setup::threads(None),
     }
@@ -163,9 +164,10 @@ fn as_text(args: &Args, table: &Table, c: &Conditions) -> String {
         }
     }
     let quote = if args.markdown { "`" } else { "" };
+    let reference = c.reference_spp.map_or_else(|| "imported".into(), |spp| format!("{spp} rays"));
     text + &format!(
-        "\n{} frames of {}x{}, reference {} rays; {} threads on {} cores; aonet {}\n{quote}{}{quote}\n",
-        c.frames, c.width, c.height, c.reference_spp, c.threads, c.cores, c.version, c.command
+        "\n{} frames of {}x{}, reference {}; {} threads on {} cores; aonet {}\n{quote}{}{quote}\n",
+        c.frames, c.width, c.height, reference, c.threads, c.cores, c.version, c.command
     )
 }
 

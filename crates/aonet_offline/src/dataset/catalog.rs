@@ -35,7 +35,7 @@ pub fn scenes(dir: &Path, preset: Preset) -> Result<Vec<SceneSpec>> {
         };
         let wanted = match preset {
             Preset::Paper => table.flag(row, "core37")?,
-            Preset::AnyRadius => true,
+            Preset::AnyRadius | Preset::Imported(_) => true,
         };
         if !wanted || BROKEN.contains(&name) {
             continue;

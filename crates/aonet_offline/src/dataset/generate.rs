@@ -15,7 +15,7 @@ use std::path::Path;
 use std::time::{Duration, Instant};
 
 /// Between two writes of a manifest; a kill loses the record of at most this much work.
-const SAVE_EVERY: Duration = Duration::from_secs(5);
+pub(super) const SAVE_EVERY: Duration = Duration::from_secs(5);
 
 /// What happens while frames are made.
 #[derive(Debug, Clone, Copy)]
@@ -62,8 +62,8 @@ impl Summary {
 /// plans give equal bytes, whatever the shards, interruptions and number of threads.
 ///
 /// # Errors
-/// When `dir` holds frames of another plan, a scene cannot be read or shows nothing worth keeping, or a
-/// file cannot be written.
+/// When `dir` holds frames of another plan, a scene cannot be read or shows nothing worth keeping, a
+/// file cannot be written, or the plan is of imported frames.
 pub fn generate(
     dir: &Path,
     plan: &Plan,
@@ -129,6 +129,10 @@ fn run(mut manifest: Manifest, given: &Given, on_event: &(dyn Fn(Event) + Sync))
 
 /// The manifest of an earlier run without the frames whose files are gone, or a new one.
 fn resume(dir: &Path, plan: &Plan, shard: Option<Shard>) -> Result<Manifest> {
+    if plan.recipe.is_imported() {
+        let found = "imported frames: another program made them, and only it can make them again";
+        return Err(Error::request("dataset", "scenes to make frames of", found));
+    }
     let mut manifest = Manifest::new(dir, plan.clone(), shard);
     let path = dir.join(Manifest::file_name(shard));
     if !path.exists() {
@@ -159,6 +163,7 @@ fn choose(plan: &Plan, job: Job, stage: &Stage, summary: &mut Summary) -> Result
         spp: recipe.spp(job.split),
         seed,
         view,
+        source: None,
     })
 }
 

@@ -1,7 +1,10 @@
 //! The manifest of a dataset: which frames there are, and everything needed to make them again.
 
-use super::plan::{Plan, SceneSplit, Shard};
+use super::import::ImportedFrom;
+use super::plan::{Plan, Shard};
+use super::scenes::SceneSpec;
 use crate::error::{Error, Result};
+use crate::scene::SceneSource;
 use crate::view::View;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -52,10 +55,13 @@ pub struct FrameEntry {
     pub view: View,
     /// AO radius [world units], the view's.
     pub radius: f32,
-    /// Reference rays per pixel.
+    /// Reference rays per pixel; 0 where an imported frame does not say.
     pub spp: u32,
     /// Seed of the reference rays.
     pub seed: u64,
+    /// What an imported frame was read from; absent from those made here.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub source: Option<ImportedFrom>,
 }
 
 /// The frames of a dataset or of one shard of it, complete or still growing.
@@ -184,17 +190,16 @@ impl Manifest {
         if let Some(shard) = self.shard {
             Shard::new(shard.index, shard.count).map_err(|e| Error::file(path, "a valid shard", e))?;
         }
-        let scenes: BTreeMap<&str, SceneSplit> =
-            self.plan.scenes.iter().map(|s| (&*s.name, s.split)).collect();
+        let scenes: BTreeMap<&str, &SceneSpec> = self.plan.scenes.iter().map(|s| (&*s.name, s)).collect();
         let mut seen = BTreeSet::new();
         for (i, frame) in self.frames.iter().enumerate() {
             let wrong = |(expected, found): (&str, String)| {
                 Error::file(path, format!("frame {i}: {expected}"), found)
             };
-            let Some(&scene_split) = scenes.get(&*frame.scene) else {
+            let Some(&scene) = scenes.get(&*frame.scene) else {
                 return Err(wrong(("one of the manifest's scenes", format!("{:?}", frame.scene))));
             };
-            frame.check(scene_split).map_err(wrong)?;
+            frame.check(scene).map_err(wrong)?;
             if !seen.insert(&frame.file) {
                 return Err(wrong(("a file of its own", format!("{} again", frame.file))));
             }
@@ -205,17 +210,18 @@ impl Manifest {
 
 impl FrameEntry {
     /// What is expected, and what is found instead.
-    fn check(&self, scene_split: SceneSplit) -> std::result::Result<(), (&'static str, String)> {
+    fn check(&self, scene: &SceneSpec) -> std::result::Result<(), (&'static str, String)> {
         let mut parts = Path::new(&self.file).components();
         let inside = !self.file.is_empty() && parts.all(|c| matches!(c, Component::Normal(_)));
         if !inside || self.file.contains(['\\', ':', '\0']) {
             return Err(("a file inside the manifest's folder", format!("{:?}", self.file)));
         }
-        if !scene_split.allows(self.split) {
-            let found = format!("{} of a scene kept for {}", self.split.name(), scene_split.name());
+        if !scene.split.allows(self.split) {
+            let found = format!("{} of a scene kept for {}", self.split.name(), scene.split.name());
             return Err(("a split that its scene is for", found));
         }
-        if self.radius != self.view.radius || self.spp == 0 {
+        let has_rays = self.spp > 0 || scene.source == SceneSource::Imported;
+        if self.radius != self.view.radius || !has_rays {
             let found = format!("{} and {}, {} rays", self.radius, self.view.radius, self.spp);
             return Err(("the view's radius and at least one ray per pixel", found));
         }
@@ -245,8 +251,7 @@ fn first_difference(place: &str, a: &Value, b: &Value) -> Option<(String, String
 
 #[cfg(test)]
 mod tests {
-    use super::super::plan::{Preset, Recipe};
-    use super::super::scenes::SceneSpec;
+    use super::super::plan::{Preset, Recipe, SceneSplit};
     use super::*;
     use crate::scene::procedural::Kind;
     use serde_json::json;
@@ -293,6 +298,10 @@ mod tests {
             ("/scenes/0/source", json!("../x.glb"), "without a folder"),
             ("/scenes/0/source", json!("/x.glb"), "without a folder"),
             ("/scenes/0/source", json!("x.obj"), ".glb"),
+            ("/scenes/0/source", json!("imported"), "in no others"),
+            ("/recipe/preset", json!({"imported": {"fov_y_deg": 60, "normals": "plain"}}), "in all scenes"),
+            ("/recipe/preset", json!({"imported": {"fov_y_deg": 180, "normals": "plain"}}), "field of view"),
+            ("/recipe/radius", json!({"given": 0.0}), "radius rule"),
             ("/scenes/0/name", json!("HALL_1"), "hall_1 twice"),
             ("/scenes/1/split", json!("test"), "split val"),
             ("/shard", json!({"index": 3, "count": 2}), "3/2"),

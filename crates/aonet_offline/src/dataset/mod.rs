@@ -6,6 +6,7 @@
 
 pub mod catalog;
 mod generate;
+mod import;
 mod judge;
 mod manifest;
 mod merge;
@@ -17,6 +18,7 @@ mod scenes;
 mod sheet;
 
 pub use generate::{Event, Summary, generate, remake};
+pub use import::{Import, ImportRule, ImportSummary, ImportedFrom, NormalCoding, Unmatched, import};
 pub use judge::Flaw;
 pub use manifest::{FORMAT, FrameEntry, Manifest, Split};
 pub use merge::merge;

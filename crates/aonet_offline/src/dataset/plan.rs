@@ -1,21 +1,25 @@
 //! What a dataset is before a ray is traced: its scenes, its numbers, and the list of its frames.
 
+use super::import::ImportRule;
 use super::manifest::Split;
 use super::scenes::SceneSpec;
 use crate::error::{Error, Result};
+use crate::scene::SceneSource;
 use aonet::camera::check_size;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 use std::path::Path;
 
 /// Which set of starting values a dataset was made from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Preset {
     /// As many frames, scenes and pixels as the paper; one radius a scene. // AO-Net §4.1
     Paper,
     /// All scenes, and a radius of its own for every frame.
     AnyRadius,
+    /// None: another program made the frames.
+    Imported(ImportRule),
 }
 
 /// How the AO radius of a frame is chosen.
@@ -33,6 +37,8 @@ pub enum RadiusRule {
         /// Largest projection, in image heights.
         max: f32,
     },
+    /// This length [world units] in every frame.
+    Given(f32),
 }
 
 /// Number of frames in each split.
@@ -107,37 +113,49 @@ pub struct Recipe {
     pub preset: Preset,
     /// Seed of everything random.
     pub seed: u64,
-    /// Image width [px].
+    /// Image width [px]; of imported frames, which may differ, that of the first.
     pub width: usize,
-    /// Image height [px].
+    /// Image height [px]; of imported frames that of the first.
     pub height: usize,
     /// Frames in each split.
     pub frames: Counts,
-    /// Reference rays per pixel of training frames.
+    /// Reference rays per pixel of training frames; 0 where imported frames do not say.
     pub spp: u32,
-    /// Reference rays per pixel of validation and test frames.
+    /// Reference rays per pixel of validation and test frames; 0 as above.
     pub eval_spp: u32,
     /// How radii are chosen.
     pub radius: RadiusRule,
 }
 
 impl Recipe {
-    /// The values of a preset.
+    /// The values of a preset. Imported frames have none: what they show is to be filled in.
     pub fn preset(preset: Preset) -> Self {
         let (width, height) = match preset {
             Preset::Paper => (1280, 720),
             Preset::AnyRadius => (640, 360),
+            Preset::Imported(_) => (0, 0),
         };
         let frames = match preset {
             Preset::Paper => Counts { train: 3200, val: 0, val_seen: 398, test: 398 },
             Preset::AnyRadius => Counts { train: 6000, val: 240, val_seen: 0, test: 400 },
+            Preset::Imported(_) => Counts { train: 0, val: 0, val_seen: 0, test: 0 },
         };
         let radius = match preset {
             Preset::Paper => RadiusRule::SceneFraction(0.1), // guess: crevices of an object, corners of a room
             Preset::AnyRadius => RadiusRule::ImageFraction { min: 0.02, max: 0.4 },
+            Preset::Imported(_) => RadiusRule::Given(0.0),
         };
-        // The noise of 64 rays averages out in training; in an evaluation it caps SSIM (512 rays: 0.989).
-        Self { preset, seed: 0, width, height, frames, spp: 64, eval_spp: 512, radius }
+        let (spp, eval_spp) = match preset {
+            // The noise of 64 rays averages out in training; in an evaluation it caps SSIM (512 rays: 0.989).
+            Preset::Paper | Preset::AnyRadius => (64, 512),
+            Preset::Imported(_) => (0, 0),
+        };
+        Self { preset, seed: 0, width, height, frames, spp, eval_spp, radius }
+    }
+
+    /// Whether the frames come from another program, so that they cannot be made again.
+    pub fn is_imported(&self) -> bool {
+        matches!(self.preset, Preset::Imported(_))
     }
 
     /// Reference rays per pixel of a split.
@@ -157,17 +175,20 @@ impl Recipe {
                 self.frames.total(),
             ));
         }
-        if self.spp == 0 || self.eval_spp == 0 {
+        if let Preset::Imported(rule) = self.preset {
+            rule.check()?;
+        } else if self.spp == 0 || self.eval_spp == 0 {
             return Err(Error::request("rays per pixel", "at least 1", 0));
         }
         let (low, high) = match self.radius {
             RadiusRule::SceneFraction(fraction) => (fraction, fraction),
             RadiusRule::ImageFraction { min, max } => (min, max),
+            RadiusRule::Given(radius) => (radius, radius),
         };
         if low > 0.0 && low <= high && high.is_finite() {
             return Ok(());
         }
-        Err(Error::request("radius rule", "finite fractions, 0 < min <= max", format!("{low} and {high}")))
+        Err(Error::request("radius rule", "finite, 0 < min <= max", format!("{low} and {high}")))
     }
 }
 
@@ -199,6 +220,15 @@ impl SceneSplit {
             Self::Train => "train",
             Self::Val => "val",
             Self::Test => "test",
+        }
+    }
+
+    /// The split that frames of such a scene are for, unless said otherwise.
+    pub fn split(self) -> Split {
+        match self {
+            Self::Train => Split::Train,
+            Self::Val => Split::Val,
+            Self::Test => Split::Test,
         }
     }
 }
@@ -265,6 +295,11 @@ impl Plan {
             if !names.insert(scene.name.to_lowercase()) {
                 return Err(Error::request("scenes", "names of their own", format!("{} twice", scene.name)));
             }
+            if (scene.source == SceneSource::Imported) != self.recipe.is_imported() {
+                let what = format!("source of scene {}", scene.name);
+                let expected = "`imported` in all scenes of imported frames, and in no others";
+                return Err(Error::request(what, expected, &scene.source));
+            }
         }
         for split in SPLITS {
             let frames = self.recipe.frames.of(split);
@@ -276,7 +311,7 @@ impl Plan {
         Ok(())
     }
 
-    /// The frames of the dataset or of a shard, scene by scene. Every n-th frame belongs to a shard, so
+    /// The frames to make of the dataset or of a shard, scene by scene (imported frames are not made). Every n-th frame belongs to a shard, so
     /// that shards take equally long.
     pub fn jobs(&self, shard: Option<Shard>) -> Vec<Job> {
         let mut next_index = vec![0; self.scenes.len()];

@@ -100,6 +100,7 @@ impl<'a> Stage<'a> {
         let median = judge(&surface, self.subject(), &self.taste(manner))?;
         view.radius = match recipe.radius {
             RadiusRule::SceneFraction(fraction) => fraction * self.radius(),
+            RadiusRule::Given(radius) => radius,
             RadiusRule::ImageFraction { min, max } => {
                 let image_height = 2.0 * (0.5 * view.fov_y_deg.to_radians()).tan() * median;
                 random.log_range(min, max) * image_height

@@ -65,6 +65,11 @@ impl SceneSpec {
         Self::new(format!("{kind}_{seed}"), SceneSource::Procedural { kind, seed }, split)
     }
 
+    /// A scene of which there are only frames, made by another program.
+    pub(super) fn imported(name: String, split: SceneSplit) -> Self {
+        Self::new(name, SceneSource::Imported, split)
+    }
+
     fn new(name: String, source: SceneSource, split: SceneSplit) -> Self {
         let (environment, ground, cameras) = (true, false, Vec::new());
         Self {
@@ -133,7 +138,7 @@ impl SceneSpec {
                 }
                 SceneSource::File(path)
             }
-            SceneSource::Procedural { .. } => self.source.clone(),
+            SceneSource::Procedural { .. } | SceneSource::Imported => self.source.clone(),
         };
         let mut scene = source.load(MissingNormals::Crease { angle_deg: self.crease_deg })?;
         turn_to_normals(&mut scene);
@@ -145,7 +150,7 @@ impl SceneSpec {
     }
 }
 
-fn is_name_char(c: char) -> bool {
+pub(super) fn is_name_char(c: char) -> bool {
     c.is_ascii_alphanumeric() || "_-.".contains(c)
 }
 

@@ -81,7 +81,7 @@ impl Layout {
             geo_normal: self.geo_normal.as_ref().map(|_| interleave([plane(), plane(), plane()])),
             ao: self.ao.as_ref().map(|_| plane()),
             mask: self.mask.as_ref().map(|_| plane()),
-            half_depth: self.depth.is_half(),
+            far_away: far_away(&self.depth),
         })
     }
 }
@@ -93,19 +93,19 @@ pub(super) struct Pixels {
     pub(super) geo_normal: Option<Vec<[f32; 3]>>,
     pub(super) ao: Option<Vec<f32>>,
     mask: Option<Vec<f32>>,
-    half_depth: bool,
+    /// Depth at and beyond which a pixel shows nothing.
+    far_away: f32,
 }
 
 impl Pixels {
     /// Makes the depth infinite at pixels that show nothing.
     pub(super) fn find_background(&mut self) {
-        let far_away = if self.half_depth { f16::MAX.to_f32() } else { FAR_AWAY };
         for (i, depth) in self.depth.iter_mut().enumerate() {
             let hidden = match &self.mask {
                 Some(mask) => mask[i] < 0.5,
                 None => self.normal[i] == [0.0; 3],
             };
-            if hidden || *depth >= far_away {
+            if hidden || *depth >= self.far_away {
                 *depth = f32::INFINITY;
             }
         }
@@ -119,8 +119,63 @@ fn interleave([x, y, z]: [Vec<f32>; 3]) -> Vec<[f32; 3]> {
 
 /// The channel that holds AO: by its name, or grey values without a name.
 pub(crate) fn ao(channels: &[Channel]) -> Option<&Channel> {
-    let by_name = channels.iter().find(|c| role(&c.name).is_some_and(|(_, role)| role == Role::Ao));
-    by_name.or_else(|| ["Y", "V", "R"].iter().find_map(|name| channels.iter().find(|c| c.name == *name)))
+    of_role(channels, Role::Ao)
+        .or_else(|| ["Y", "V", "R"].iter().find_map(|name| channels.iter().find(|c| c.name == *name)))
+}
+
+/// The channels that hold normals in an image of nothing else: by their names, or `R`, `G`, `B` or `X`, `Y`, `Z`.
+pub(crate) fn normal(channels: &[Channel]) -> Option<[Channel; 3]> {
+    let by_name = [0, 1, 2].map(|c| of_role(channels, Role::Normal(c)).cloned());
+    match by_name {
+        [Some(x), Some(y), Some(z)] => Some([x, y, z]),
+        _ => only(channels, ["R", "G", "B"]).or_else(|| only(channels, ["X", "Y", "Z"])),
+    }
+}
+
+/// The channel that holds depth in an image of nothing else, or three that should be alike: see [`grey`].
+pub(crate) fn depth(channels: &[Channel]) -> Option<Vec<Channel>> {
+    grey(channels, Role::Depth)
+}
+
+/// The channel that holds AO in an image of nothing else, or three that should be alike: see [`grey`].
+pub(crate) fn ao_alone(channels: &[Channel]) -> Option<Vec<Channel>> {
+    grey(channels, Role::Ao)
+}
+
+/// Of an image of a single quantity: the channel with its name, the only one unless its name is another's, or `R`, `G`,
+/// `B`. Alpha does not count.
+fn grey(channels: &[Channel], wanted: Role) -> Option<Vec<Channel>> {
+    // The Z of a vector is no depth.
+    if only(channels, ["X", "Y", "Z"]).is_some() {
+        return None;
+    }
+    if let Some(named) = of_role(channels, wanted) {
+        return Some(vec![named.clone()]);
+    }
+    let mut colours = channels.iter().filter(|c| c.name != "A");
+    match (colours.next(), colours.next()) {
+        (Some(alone), None) if role(&alone.name).is_none() => Some(vec![alone.clone()]),
+        _ => only(channels, ["R", "G", "B"]).map(Vec::from),
+    }
+}
+
+fn of_role(channels: &[Channel], wanted: Role) -> Option<&Channel> {
+    channels.iter().find(|c| role(&c.name).is_some_and(|(_, role)| role == wanted))
+}
+
+/// The channels with these names, if there are no others but alpha.
+fn only(channels: &[Channel], names: [&str; 3]) -> Option<[Channel; 3]> {
+    let named = names.map(|name| channels.iter().find(|c| c.name == name));
+    let others = channels.iter().any(|c| c.name != "A" && !names.contains(&&*c.name));
+    match named {
+        [Some(a), Some(b), Some(c)] if !others => Some([a.clone(), b.clone(), c.clone()]),
+        _ => None,
+    }
+}
+
+/// Depth at and beyond which a pixel of `channel` shows nothing.
+pub(crate) fn far_away(channel: &Channel) -> f32 {
+    if channel.is_half() { f16::MAX.to_f32() } else { FAR_AWAY }
 }
 
 /// The layer in front of the name, and what the rest of it means.

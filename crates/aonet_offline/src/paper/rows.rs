@@ -88,7 +88,7 @@ pub const ABLATIONS: [Row; 7] = [
     ours("softmax", "kernels that sum to one"),
     ours("no_skips", "no skip connections"),
     ours("dssim_only", "loss: DSSIM only"),
-    ours("lambda_l1", "loss: with L1"),
+    ours("l1_only", "loss: L1 only"),
     ours("vgg", "loss: with VGG-19"),
     ours("vgg_off", "loss: without VGG-19"),
 ];

@@ -8,7 +8,7 @@ use std::fmt;
 use std::path::PathBuf;
 use std::str::FromStr;
 
-/// A scene by name: `path/to/file.glb`, `path/to/file.gltf` or `procedural:KIND:SEED`. The text form parses back
+/// A scene by name: `path/to/file.glb`, `path/to/file.gltf`, `procedural:KIND:SEED` or `imported`. The text form parses back
 /// to the same value.
 #[derive(Debug, Clone, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(try_from = "String", into = "String")]
@@ -22,19 +22,29 @@ pub enum SceneSource {
         /// Which of its variants.
         seed: u64,
     },
+    /// None: only frames of it are known, made by another program.
+    Imported,
 }
 
 const PREFIX: &str = "procedural:";
+
+const IMPORTED: &str = "imported";
+
+/// What can be loaded.
+const EXPECTED: &str = "a .glb or .gltf file, or procedural:KIND:SEED";
 
 impl SceneSource {
     /// Reads or builds the scene. `missing` is for files: scenes from code have normals.
     ///
     /// # Errors
-    /// As [`gltf::load`].
+    /// As [`gltf::load`]; and when only frames are known.
     pub fn load(&self, missing: MissingNormals) -> Result<Scene> {
         match self {
             Self::File(path) => gltf::load(path, missing),
             Self::Procedural { kind, seed } => Ok(procedural::build(*kind, *seed)),
+            Self::Imported => {
+                Err(Error::request("scene", EXPECTED, "imported frames, which have no triangles"))
+            }
         }
     }
 }
@@ -46,14 +56,13 @@ impl FromStr for SceneSource {
         if let Some(rest) = text.strip_prefix(PREFIX) {
             return procedural_source(text, rest);
         }
+        if text == IMPORTED {
+            return Ok(Self::Imported);
+        }
         let path = PathBuf::from(text);
         let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
         if extension != "glb" && extension != "gltf" {
-            return Err(Error::request(
-                "scene",
-                "a .glb or .gltf file, or procedural:KIND:SEED",
-                format!("{text:?}"),
-            ));
+            return Err(Error::request("scene", EXPECTED, format!("{text:?}")));
         }
         Ok(Self::File(path))
     }
@@ -76,6 +85,7 @@ impl fmt::Display for SceneSource {
         match self {
             Self::File(path) => write!(f, "{}", path.display()),
             Self::Procedural { kind, seed } => write!(f, "{PREFIX}{kind}:{seed}"),
+            Self::Imported => f.write_str(IMPORTED),
         }
     }
 }
@@ -101,7 +111,9 @@ mod tests {
     #[test]
     fn text_and_value_round_trip() {
         let kinds = Kind::ALL.iter().map(|kind| format!("procedural:{kind}:18446744073709551615"));
-        for text in kinds.chain(["a.glb".into(), "some folder/B.GLTF".into(), "/x/y.z.glb".into()]) {
+        for text in
+            kinds.chain(["a.glb".into(), "imported".into(), "some folder/B.GLTF".into(), "/x/y.z.glb".into()])
+        {
             let source: SceneSource = text.parse().unwrap();
             assert_eq!(source.to_string(), text);
             let json = serde_json::to_string(&source).unwrap();

@@ -29,6 +29,16 @@ pub(super) enum SplitName {
     Test,
 }
 
+impl From<SplitName> for SceneSplit {
+    fn from(name: SplitName) -> Self {
+        match name {
+            SplitName::Train => Self::Train,
+            SplitName::Val => Self::Val,
+            SplitName::Test => Self::Test,
+        }
+    }
+}
+
 /// Makes the dataset.
 pub(super) fn run(make: &Make) -> Result<()> {
     let out_dir = make.out_dir.as_ref().context("OUT_DIR is missing")?;
@@ -81,11 +91,7 @@ fn plan(make: &Make) -> Result<Plan> {
 }
 
 fn scenes(make: &Make, preset: Preset) -> Result<Vec<SceneSpec>> {
-    let split = match make.split {
-        SplitName::Train => SceneSplit::Train,
-        SplitName::Val => SceneSplit::Val,
-        SplitName::Test => SceneSplit::Test,
-    };
+    let split = make.split.into();
     let mut scenes = match &make.scenes_dir {
         Some(dir) => dataset::catalog::scenes(dir, preset)?,
         None => Vec::new(),
