@@ -56,10 +56,6 @@ fn every_row_of_tables_3_and_4() {
             check(ModelConfig { patch, kernel, ..ModelConfig::paper() }, (45, 20));
         }
     }
-    for patch in [1, 4] {
-        let features = Features::NormalRadiusSlice;
-        check(ModelConfig { patch, features, kernel: KernelWeights::Guided, ..ModelConfig::paper() }, (45, 20));
-    }
     check(ModelConfig { skips: Skips::None, ..ModelConfig::paper() }, (45, 20));
 }
 

@@ -93,18 +93,14 @@ pub enum KernelWeights {
     /// Weights that are positive and sum to one over the neighbourhood. An ablation that must fail: a
     /// convex combination of normals cannot express visibility.
     Softmax,
-    /// Plain weights over all input channels of the pixel itself, and an offset: a linear model of the image in its
-    /// guide, as in guided filtering (He et al. 2010), whose coefficients the network predicts.
-    Guided,
 }
 
 impl KernelWeights {
-    /// Outputs of the head for each pixel of a frame with so many input channels.
-    pub fn outputs_per_pixel(self, channels: usize) -> usize {
+    /// Outputs of the head for each pixel.
+    pub fn outputs_per_pixel(self) -> usize {
         match self {
             Self::Off => 1,
             Self::Linear | Self::Softmax => TAPS,
-            Self::Guided => channels + 1,
         }
     }
 }
@@ -195,9 +191,21 @@ impl ModelConfig {
         }
     }
 
-    /// The paper's network with the projected radius as a fourth input channel.
+    /// The paper's U-Net before patches: one more level, at full resolution. AO-Net §3.2: patches go "directly to the
+    /// second layer". Half the width of that layer, as the paper's levels go.
+    pub fn full_resolution() -> Self {
+        Self { patch: 1, encoder: vec![16, 32, 48, 64, 96], decoder: vec![64, 48, 32, 16], ..Self::paper() }
+    }
+
+    /// Ours: the radius and a slice as inputs, one more level, no kernels; fewer multiplications than the paper's.
     pub fn any_radius() -> Self {
-        Self { features: Features::NormalProjectedRadius, ..Self::paper() }
+        Self {
+            features: Features::NormalRadiusSlice,
+            kernel: KernelWeights::Off,
+            encoder: vec![32, 48, 64, 96, 128],
+            decoder: vec![96, 64, 48, 32],
+            ..Self::paper()
+        }
     }
 
     /// The configuration after a check of every field.

@@ -83,12 +83,10 @@ pub enum Op {
     /// Weighs the 4x4 neighbourhood of the normals of every pixel: AO-Net Eq. 2.
     /// Kernel channel `((dy * patch + dx) * 16 + ky * 4 + kx) * 3 + c` of the patch's cell belongs to pixel
     /// (dy, dx) of the patch, tap (ky, kx) at offset -1..=2, normal component c. Produces 1 x pH x pW.
-    /// [`KernelWeights::Guided`] weighs the pixel's own C channels: channel `(dy * patch + dx) * (C + 1) + c`, C is the
-    /// offset.
     KernelPredict {
-        /// patch²·48 or patch²·(C + 1) x H x W.
+        /// patch²·48 x H x W.
         kernels: ValueId,
-        /// The value whose first three channels, or all, are weighed; C x pH x pW.
+        /// The value whose first three channels are weighed; pH x pW.
         guide: ValueId,
         /// Side [px].
         patch: usize,
@@ -214,9 +212,7 @@ impl Graph {
                 (node.channels * self.nodes[*input].channels / groups * size * size) as f64
                     / (node.stride * node.stride) as f64
             }
-            Op::KernelPredict { guide, weights, .. } => {
-                weights.outputs_per_pixel(self.nodes[*guide].channels) as f64
-            }
+            Op::KernelPredict { .. } => TAPS as f64,
             Op::Input
             | Op::PatchPartition { .. }
             | Op::PatchMerge { .. }

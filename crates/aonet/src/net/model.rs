@@ -30,6 +30,8 @@ pub struct TrainingFacts {
     pub commit: String,
     /// Optimiser steps.
     pub steps: u64,
+    /// Crops trained on, all steps together.
+    pub crops: u64,
     /// Frames trained on.
     pub train_frames: u64,
     /// Metrics on validation frames, by name.

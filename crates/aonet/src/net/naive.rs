@@ -5,7 +5,7 @@ use crate::error::Result;
 use crate::gbuffer::GBuffer;
 use crate::net::config::KernelWeights;
 use crate::net::features::{repeat_edge, write_features};
-use crate::net::graph::{Activation, FIRST_TAP, GUIDE_CHANNELS, LEAKY_SLOPE, Op, WINDOW};
+use crate::net::graph::{Activation, FIRST_TAP, GUIDE_CHANNELS, LEAKY_SLOPE, Op, TAPS, WINDOW};
 use crate::net::model::Model;
 
 /// A CxHxW image, row-major.
@@ -166,11 +166,10 @@ pub fn concat(first: &Planes, second: &Planes) -> Planes {
 
 /// See [`Op::KernelPredict`]. AO-Net §3.3, Eq. 2.
 pub fn kernel_predict(kernels: &Planes, guide: &Planes, patch: usize, weights: KernelWeights) -> Planes {
-    let outputs = weights.outputs_per_pixel(guide.channels);
     Planes::from_fn((1, guide.height, guide.width), |_, y, x| {
         let pixel = y % patch * patch + x % patch;
-        let kernel: Vec<f32> = (0..outputs)
-            .map(|k| kernels.at(pixel * outputs + k, (y / patch) as isize, (x / patch) as isize))
+        let kernel: Vec<f32> = (0..TAPS)
+            .map(|k| kernels.at(pixel * TAPS + k, (y / patch) as isize, (x / patch) as isize))
             .collect();
         let neighbour = |k: usize| {
             let (tap, c) = (k / GUIDE_CHANNELS, k % GUIDE_CHANNELS);
@@ -180,10 +179,6 @@ pub fn kernel_predict(kernels: &Planes, guide: &Planes, patch: usize, weights: K
         let kernel = match weights {
             KernelWeights::Softmax => softmax_over_taps(&kernel),
             KernelWeights::Linear | KernelWeights::Off => kernel,
-            KernelWeights::Guided => {
-                let own = |c: usize| kernel[c] * guide.at(c, y as isize, x as isize);
-                return kernel[outputs - 1] + (0..outputs - 1).map(own).sum::<f32>();
-            }
         };
         kernel.iter().enumerate().map(|(k, w)| w * neighbour(k)).sum::<f32>() / GUIDE_CHANNELS as f32
     })

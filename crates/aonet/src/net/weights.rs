@@ -130,10 +130,6 @@ fn brighten_head(graph: &Graph, tensors: &mut BTreeMap<String, Tensor>) {
                     BRIGHT / MEAN_NORMAL_Z * GUIDE_CHANNELS as f32 / taps
                 }
                 KernelWeights::Linear | KernelWeights::Softmax => 0.0,
-                KernelWeights::Guided => {
-                    let outputs = kernel.outputs_per_pixel(graph.nodes()[0].channels);
-                    if i % outputs + 1 == outputs { BRIGHT } else { 0.0 }
-                }
             };
         }
     }

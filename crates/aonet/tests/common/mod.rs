@@ -53,7 +53,6 @@ pub(crate) fn model(config: ModelConfig, seed: u64) -> Model {
         KernelWeights::Off => (2.0, 0.5),
         KernelWeights::Linear => (0.5, 0.1),
         KernelWeights::Softmax => (10.0, 0.0),
-        KernelWeights::Guided => (1.0, 0.05),
     };
     for (name, tensor) in &mut tensors {
         match name.as_str() {

@@ -137,14 +137,12 @@ pub fn measure(
 
 fn facts(trained: &Trained, subject: &Subject<'_>) -> Measured {
     let model = &trained.model;
-    // Not every version of the trainer writes down the number of crops.
-    let crops = serde_json::to_value(model.facts()).ok().and_then(|facts| facts.get("crops")?.as_u64());
     Measured {
         parameters: model.graph().params_count(),
         macs_per_pixel: model.graph().macs_per_pixel(),
         f16_bytes: model.to_bytes(Precision::F16).ok().map(|bytes| bytes.len()),
         steps: model.facts().steps,
-        crops,
+        crops: Some(model.facts().crops).filter(|crops| *crops > 0),
         radius_fits: subject.manifest.is_none_or(|manifest| eval::radius_fits(model, manifest)),
         ..Measured::default()
     }

@@ -102,12 +102,12 @@ pub fn short_label(key: &str) -> String {
 
 /// The configuration of a row of Table 4, for measuring its run-time before anything is trained.
 pub fn untrained_config(key: &str) -> Option<ModelConfig> {
-    let of = |patch, kernel| Some(ModelConfig { patch, kernel, ..ModelConfig::paper() });
+    let with = |kernel, config| Some(ModelConfig { kernel, ..config });
     match key {
-        "base" => of(1, KernelWeights::Off),
-        "base_patch" => of(4, KernelWeights::Off),
-        "base_kernel" => of(1, KernelWeights::Linear),
-        AO_NET => of(4, KernelWeights::Linear),
+        "base" => with(KernelWeights::Off, ModelConfig::full_resolution()),
+        "base_patch" => with(KernelWeights::Off, ModelConfig::paper()),
+        "base_kernel" => with(KernelWeights::Linear, ModelConfig::full_resolution()),
+        AO_NET => with(KernelWeights::Linear, ModelConfig::paper()),
         _ => None,
     }
 }

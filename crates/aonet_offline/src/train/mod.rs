@@ -194,6 +194,7 @@ impl Course<'_> {
             mean_visibility: Some(self.frames.mean_visibility),
             train_frames: self.frames.samples.len() as u64,
             steps,
+            crops: steps * self.config.batch as u64,
             validation,
             ..self.run.facts.clone()
         }

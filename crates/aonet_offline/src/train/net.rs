@@ -136,20 +136,12 @@ fn kernel_predict(
 ) -> Tensor<4> {
     let [b, _, h, w] = kernels.dims();
     let pixels = patch * patch;
-    if weights == KernelWeights::Guided {
-        let channels = guide.dims()[1];
-        let own = patch_partition(guide, patch).reshape([b, channels, pixels, h, w]).swap_dims(1, 2);
-        let coefficients = kernels.reshape([b, pixels, channels + 1, h, w]);
-        let weighed = (coefficients.clone().narrow(2, 0, channels) * own).sum_dim(2);
-        let sum = weighed + coefficients.narrow(2, channels, 1);
-        return patch_merge(sum.reshape([b, pixels, h, w]), patch);
-    }
     let kernels = match weights {
         KernelWeights::Softmax => {
             let by_component = kernels.reshape([b, pixels, TAPS / GUIDE_CHANNELS, GUIDE_CHANNELS, h * w]);
             softmax(by_component, 2).reshape([b, pixels * TAPS, h, w])
         }
-        KernelWeights::Linear | KernelWeights::Off | KernelWeights::Guided => kernels,
+        KernelWeights::Linear | KernelWeights::Off => kernels,
     };
     if by == Kernels::Own {
         return flex_ops::weigh(kernels, guide);

@@ -56,11 +56,6 @@ fn largest_difference(a: &[f32], b: &[f32]) -> f32 {
     a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max)
 }
 
-fn guided() -> ModelConfig {
-    let (features, kernel) = (Features::NormalRadiusSlice, KernelWeights::Guided);
-    ModelConfig { features, kernel, ..ModelConfig::paper() }
-}
-
 fn small(config: ModelConfig) -> ModelConfig {
     ModelConfig { encoder: vec![5, 7, 6], decoder: vec![6, 4], ..config }
 }
@@ -88,8 +83,7 @@ fn the_trainer_agrees_with_the_oracle_for_every_row_of_the_tables() {
 #[test]
 fn the_trainer_agrees_with_the_oracle_for_the_baselines_and_without_skips() {
     let no_skips = small(ModelConfig { skips: Skips::None, ..ModelConfig::paper() });
-    let guided = small(guided());
-    for config in [ModelConfig::deep_shading(), ModelConfig::deep_ao(), no_skips, guided] {
+    for config in [ModelConfig::deep_shading(), ModelConfig::deep_ao(), no_skips] {
         let channels = config.features.channels().len();
         let model = model(config, 3);
         let input = features(channels, (32, 64));
@@ -190,8 +184,7 @@ fn workers_change_nothing() {
 /// The framework in one batch against own kernels crop by crop, for every row of the tables.
 #[test]
 fn own_kernels_have_the_gradients_of_the_framework() {
-    let guided = small(guided());
-    let mut configs = vec![ModelConfig::deep_shading(), ModelConfig::deep_ao(), guided];
+    let mut configs = vec![ModelConfig::deep_shading(), ModelConfig::deep_ao()];
     for patch in [1, 4] {
         for kernel in [KernelWeights::Off, KernelWeights::Linear, KernelWeights::Softmax] {
             configs.push(small(ModelConfig { patch, kernel, ..ModelConfig::paper() }));

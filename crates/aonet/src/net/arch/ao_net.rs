@@ -33,8 +33,8 @@ pub(crate) fn build(config: &ModelConfig) -> Graph {
                 graph.push(Op::PatchMerge { input: x, patch }, 0);
             }
         }
-        weights @ (KernelWeights::Linear | KernelWeights::Softmax | KernelWeights::Guided) => {
-            let outputs = patch * patch * weights.outputs_per_pixel(config.features.channels().len());
+        weights @ (KernelWeights::Linear | KernelWeights::Softmax) => {
+            let outputs = patch * patch * weights.outputs_per_pixel();
             let kernels = conv(&mut graph, x, ("head", 1, 1, Activation::Linear), outputs);
             graph.push(Op::KernelPredict { kernels, guide: input, patch, weights }, 0);
         }

@@ -40,21 +40,6 @@ impl GuideWindow<'_> {
         }
     }
 
-    /// Copies one channel of the partitioned features; cells beyond the image repeat the last one.
-    #[inline(always)]
-    pub(super) fn copy_own(&self, channel: usize, out: &mut [f32]) {
-        let width = self.buffer.width;
-        let row = &self.guide[self.y * self.buffer.row_len()..][..self.buffer.row_len()];
-        let line = &row[channel * (width + 2 * HALO) + HALO..][..width];
-        match line.get(self.x..self.x + out.len()) {
-            Some(line) => out.copy_from_slice(line),
-            None => {
-                let cells = out.iter_mut().enumerate();
-                cells.for_each(|(cell, out)| *out = line[(self.x + cell).min(width - 1)]);
-            }
-        }
-    }
-
     #[inline(always)]
     fn copy<const PATCH: usize>(&self, out: &mut [f32], cells: usize) {
         let Buffer { width, height, .. } = *self.buffer;

@@ -43,7 +43,7 @@ impl Head {
         let weight = &weights.get(&format!("{name}.weight")).values;
         let bias = &weights.get(&format!("{name}.bias")).values;
         let (input, guide) = (plan.buffers[input].clone(), plan.buffers[guide].clone());
-        let outputs = patch * patch * kernel.outputs_per_pixel(guide.channels / (patch * patch));
+        let outputs = patch * patch * kernel.outputs_per_pixel();
         let group = isa.accumulators() / VECTORS;
         let padded = outputs.next_multiple_of(group);
         let mut packed = Aligned::zeros(padded * input.channels)?;

@@ -66,7 +66,6 @@ impl Tile<'_> {
                     self.apply::<S, N, K>(simd, (features, window), (pixel, out));
                 }
             }
-            KernelWeights::Guided => self.apply_guided::<S, N, K>(simd, features, (kernel, visibility)),
             KernelWeights::Softmax => {
                 self.guide.copy_to(window, cells);
                 for (pixel, out) in visibility.chunks_exact_mut(cells).enumerate() {
@@ -138,37 +137,6 @@ impl Tile<'_> {
         for (n, out) in out.chunks_exact_mut(S::LANES).enumerate() {
             let pairs = [simd.add(totals[0][n], totals[1][n]), simd.add(totals[2][n], totals[3][n])];
             simd.store(simd.mul(simd.add(pairs[0], pairs[1]), mean), out);
-        }
-    }
-
-    /// Predicts the coefficients and offsets of all pixels of the patch, some at a time, and adds up what they weigh.
-    /// `line` is scratch memory for one channel.
-    #[inline(always)]
-    fn apply_guided<S: Simd, const N: usize, const K: usize>(
-        &self,
-        simd: S,
-        features: &[f32],
-        (line, visibility): (&mut [f32], &mut [f32]),
-    ) {
-        let cells = N * S::LANES;
-        let line = &mut line[..cells];
-        let area = self.head.patch * self.head.patch;
-        let channels = self.head.guide.channels / area;
-        visibility.fill(0.0);
-        for group in 0..(area * (channels + 1)).div_ceil(K) {
-            let coefficients = self.outputs::<S, N, K>(simd, features, group);
-            for (i, coefficient) in (group * K..area * (channels + 1)).zip(coefficients) {
-                let (pixel, c) = (i / (channels + 1), i % (channels + 1));
-                match c < channels {
-                    true => self.guide.copy_own(c * area + pixel, line),
-                    false => line.fill(1.0),
-                }
-                let total = &mut visibility[pixel * cells..][..cells];
-                let lines = line.chunks_exact(S::LANES).zip(total.chunks_exact_mut(S::LANES));
-                for (value, (line, total)) in coefficient.iter().zip(lines) {
-                    simd.store(simd.mul_add(*value, simd.load(line), simd.load(total)), total);
-                }
-            }
         }
     }
 

@@ -218,13 +218,13 @@ fn check_head(channels: usize, (patch, kernel): (usize, KernelWeights), (width, 
     ]);
     let padded = (cells.1 * patch, cells.0 * patch);
     let plan = Plan { size: (width, height), padded, buffers, steps: vec![], arena_len };
-    let taps = kernel.outputs_per_pixel(3);
+    let taps = kernel.outputs_per_pixel();
     let weights = weights([patch * patch * taps, channels, 1, 1]);
     let [w, b] = ["conv.weight", "conv.bias"].map(|name| &weights.get(name).values[..]);
     let kernels = naive::conv(&features, (w, b, 1), Activation::Linear);
     let raw = match kernel {
         KernelWeights::Off => naive::patch_merge(&kernels, patch),
-        KernelWeights::Linear | KernelWeights::Softmax | KernelWeights::Guided => {
+        KernelWeights::Linear | KernelWeights::Softmax => {
             naive::kernel_predict(&kernels, &guide, patch, kernel)
         }
     };
@@ -252,15 +252,14 @@ fn check_head(channels: usize, (patch, kernel): (usize, KernelWeights), (width, 
 
 #[test]
 fn heads() {
-    use KernelWeights::{Guided, Linear, Off, Softmax};
+    use KernelWeights::{Linear, Off, Softmax};
     for patch in [1, 2, 4, 8] {
-        for kernel in [Off, Linear, Softmax, Guided] {
+        for kernel in [Off, Linear, Softmax] {
             check_head(5, (patch, kernel), (70, 11));
         }
     }
     for size in [(1, 1), (4, 4), (3, 9), (64, 4), (65, 5), (129, 4), (260, 3)] {
         check_head(17, (4, Linear), size);
-        check_head(17, (4, Guided), size);
         check_head(32, (1, Linear), size);
     }
 }

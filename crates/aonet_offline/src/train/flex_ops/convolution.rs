@@ -116,29 +116,30 @@ impl Convolution {
         }
     }
 
-    /// Gradients of the image, added to the zeros given, and of the filter.
+    /// Gradients of the image and of the filter, added to the zeros given; what is frozen needs none.
     pub(super) fn backward(
         &self,
         (x, weight): (&[f32], &[f32]),
         slope: &[f32],
-        mut image: Option<Vec<f32>>,
-    ) -> (Option<Vec<f32>>, Vec<f32>) {
+        (mut image, mut filter): (Option<Vec<f32>>, Option<Vec<f32>>),
+    ) -> (Option<Vec<f32>>, Option<Vec<f32>>) {
         let (k, area) = (self.unfolded(), self.pixels());
-        let mut filter = vec![0.0; self.groups * self.outputs * k];
         let mut columns = vec![0.0; self.buffer()];
         let mut back = vec![0.0; if image.is_some() { k * self.block() } else { 0 }];
         for (item, (x, slope)) in
             x.chunks_exact(self.inputs * area).zip(slope.chunks_exact(self.outputs * area)).enumerate()
         {
             let weight = self.filters_of(item, weight);
-            let filter = &mut filter[item % self.groups * self.outputs * k..][..self.outputs * k];
             for (first, rows) in self.blocks() {
                 let n = rows * self.width;
                 let slope = &slope[first * self.width..];
-                let (columns, stride) = self.columns(x, (first, rows), &mut columns);
                 let error = Matrix { values: slope, rows: self.outputs, columns: n, stride: (area, 1) };
-                let seen = Matrix { values: columns, rows: n, columns: k, stride: (1, stride) };
-                multiply_add(error, seen, filter, k);
+                if let Some(filter) = &mut filter {
+                    let (columns, stride) = self.columns(x, (first, rows), &mut columns);
+                    let seen = Matrix { values: columns, rows: n, columns: k, stride: (1, stride) };
+                    let first = item % self.groups * self.outputs * k;
+                    multiply_add(error, seen, &mut filter[first..first + self.outputs * k], k);
+                }
                 if let Some(image) = &mut image {
                     let back = &mut back[..k * n];
                     back.fill(0.0);

@@ -104,12 +104,13 @@ impl Backward<Flex, 3> for ConvBackward {
         let shape = Convolution::of(&x, &weight);
         let outputs = shape.groups * shape.outputs;
         let image = of_x.is_some().then(|| vec![0.0; floats(&x).len()]);
-        let (image, filter) = shape.backward((floats(&x), floats(&weight)), floats(&slope), image);
+        let filter = of_weight.is_some().then(|| vec![0.0; floats(&weight).len()]);
+        let (image, filter) = shape.backward((floats(&x), floats(&weight)), floats(&slope), (image, filter));
         if let (Some(node), Some(image)) = (of_x, image) {
             let dims = [shape.batch, shape.groups * shape.inputs, shape.height, shape.width];
             grads.register::<Flex>(node.id, tensor(image, dims));
         }
-        if let Some(node) = of_weight {
+        if let (Some(node), Some(filter)) = (of_weight, filter) {
             let dims = [outputs, shape.inputs, shape.size, shape.size];
             grads.register::<Flex>(node.id, tensor(filter, dims));
         }
