@@ -104,7 +104,9 @@ impl StageArgs {
             (Some(SceneSource::Procedural { kind, seed }), None) => {
                 Ok(propose_view(&SceneSpec::procedural(*kind, *seed, SceneSplit::Train), size, self.seed)?)
             }
-            (Some(SceneSource::Imported), None) => bail!("--scene imported: imported frames have no triangles"),
+            (Some(SceneSource::Imported), None) => {
+                bail!("--scene imported: imported frames have no triangles")
+            }
             (Some(SceneSource::File(path)), None) => {
                 let spec = SceneSpec::from_file(path, SceneSplit::Train)?.with_environment(self.environment);
                 Ok(propose_view(&spec, size, self.seed)?)

@@ -33,7 +33,9 @@ pub fn flicker(gbuffers: &[GBuffer], references: &[AoImage], images: &[AoImage])
     for (gbuffer, image) in gbuffers.iter().zip(references).chain(gbuffers.iter().zip(images)) {
         if size(gbuffer) != size(&gbuffers[0]) || (image.width(), image.height()) != size(gbuffer) {
             let found = format!("{}x{}", image.width(), image.height());
-            return Err(aonet::Error::size("image of a path", format!("{:?}", size(&gbuffers[0])), found).into());
+            return Err(
+                aonet::Error::size("image of a path", format!("{:?}", size(&gbuffers[0])), found).into()
+            );
         }
     }
     let mut sums = Flicker::default();
@@ -97,14 +99,17 @@ mod tests {
     /// A wall three units away, seen by a camera that went to the right by so many pixels.
     fn wall(step_px: f32) -> GBuffer {
         let projection = Projection::Perspective { fov_y: 1.0 };
-        let at = |x: f32| Camera::look_at((Vec3::new(x, 0.0, 0.0), Vec3::new(x, 0.0, -1.0), Vec3::Y), projection, SIZE, 0.0);
+        let at = |x: f32| {
+            Camera::look_at((Vec3::new(x, 0.0, 0.0), Vec3::new(x, 0.0, -1.0), Vec3::Y), projection, SIZE, 0.0)
+        };
         let px = at(0.0).unwrap().projected_px(1.0, 3.0);
         GBuffer::new(at(step_px / px).unwrap(), vec![3.0; 512], vec![[0.0, 0.0, 1.0]; 512]).unwrap()
     }
 
     /// Stripes that are fixed to the wall, or to the screen.
     fn stripes(shift: usize) -> AoImage {
-        AoImage::new(32, 16, (0..512).map(|i| if (i % 32 + shift) % 4 < 2 { 0.25 } else { 0.75 }).collect()).unwrap()
+        AoImage::new(32, 16, (0..512).map(|i| if (i % 32 + shift) % 4 < 2 { 0.25 } else { 0.75 }).collect())
+            .unwrap()
     }
 
     #[test]

@@ -206,7 +206,12 @@ fn of_model(model: &Model, sigmas: &[f64], samples: &[Sample]) -> Sensitivity {
     let sum = all.iter().sum::<f64>().max(f64::MIN_POSITIVE);
     let channels = channel_names(model.config().features).into_iter().zip(sigmas).zip(&all);
     let channels = channels
-        .map(|((name, &sigma), &absolute)| Channel { name: name.to_owned(), sigma, absolute, relative: absolute / sum })
+        .map(|((name, &sigma), &absolute)| Channel {
+            name: name.to_owned(),
+            sigma,
+            absolute,
+            relative: absolute / sum,
+        })
         .collect();
     Sensitivity { channels, crops: samples.len(), pixels }
 }

@@ -202,8 +202,8 @@ impl ModelConfig {
         Self {
             features: Features::NormalRadiusSlice,
             kernel: KernelWeights::Off,
-            encoder: vec![32, 48, 64, 96, 128],
-            decoder: vec![96, 64, 48, 32],
+            encoder: vec![32, 48, 64, 64, 48],
+            decoder: vec![48, 56, 48, 32],
             ..Self::paper()
         }
     }
@@ -224,7 +224,8 @@ impl ModelConfig {
             let expected = format!("{} levels, one fewer than encoder", levels - 1);
             return Err(Error::config("decoder", expected, self.decoder.len()));
         }
-        if let Some(width) = self.encoder.iter().chain(&self.decoder).find(|w| !(1..=MAX_WIDTH).contains(*w)) {
+        if let Some(width) = self.encoder.iter().chain(&self.decoder).find(|w| !(1..=MAX_WIDTH).contains(*w))
+        {
             return Err(Error::config("widths", format!("1 to {MAX_WIDTH} channels"), width));
         }
         let published = match self.arch {

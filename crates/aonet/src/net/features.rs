@@ -4,8 +4,8 @@ use crate::ao_image::AoParams;
 use crate::camera::Projection;
 use crate::gbuffer::GBuffer;
 use crate::net::config::{Channel, Features};
-pub use crate::net::horizon::TILE;
 use crate::net::horizon::Horizons;
+pub use crate::net::horizon::TILE;
 
 /// Range of the projected radius that the network tells apart, log2 [px]: 1/16 px to 65536 px.
 /// Background is infinitely far and gets the lower end.
@@ -61,7 +61,7 @@ impl<'a> FeatureRows<'a> {
     #[inline(always)]
     pub(crate) fn write(&self, (c, y): (usize, usize), line: &mut [f32]) {
         let first = y * self.gbuffer.width();
-        let pixels = line.iter_mut().zip(&self.gbuffer.depth()[first..]).enumerate();
+        let pixels = line.iter_mut().zip(&self.gbuffer.depth()[first..]);
         match self.channels[c] {
             Channel::Normal(k) => {
                 let normals = &self.gbuffer.normal()[first..];
@@ -69,21 +69,21 @@ impl<'a> FeatureRows<'a> {
             }
             Channel::Position(k) => {
                 let camera = self.gbuffer.camera();
-                pixels.for_each(|(x, (value, &depth))| {
+                pixels.enumerate().for_each(|(x, (value, &depth))| {
                     let position = || camera.position_view(x, y, depth)[usize::from(k)];
                     *value = if depth == f32::INFINITY { 0.0 } else { position() };
                 });
             }
-            Channel::Depth => pixels.for_each(|(_, (value, &depth))| {
+            Channel::Depth => pixels.for_each(|(value, &depth)| {
                 *value = if depth == f32::INFINITY { 0.0 } else { depth };
             }),
             Channel::DepthNormalized => {
                 let (near, inverse_range) = self.depth_range;
-                pixels.for_each(|(_, (value, &depth))| {
+                pixels.for_each(|(value, &depth)| {
                     *value = if depth == f32::INFINITY { 1.0 } else { (depth - near) * inverse_range };
                 });
             }
-            Channel::ProjectedRadius => pixels.for_each(|(_, (value, &depth))| {
+            Channel::ProjectedRadius => pixels.for_each(|(value, &depth)| {
                 *value = self.projected_radius(depth);
             }),
             Channel::SliceOcclusion => self.horizons.write_occlusion(y, line),

@@ -276,6 +276,13 @@ mod tests {
     }
 
     #[test]
+    fn ours_costs_less_than_the_papers() {
+        let [ours, paper] =
+            [ModelConfig::any_radius(), ModelConfig::paper()].map(|c| Graph::new(&c).unwrap());
+        assert!(ours.params_count() < paper.params_count() && ours.macs_per_pixel() < paper.macs_per_pixel());
+    }
+
+    #[test]
     fn parameter_names_are_unique() {
         let params = Graph::new(&ModelConfig::any_radius()).unwrap().params();
         let names: std::collections::BTreeSet<_> = params.iter().map(|p| &p.name).collect();

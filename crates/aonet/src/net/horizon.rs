@@ -5,6 +5,9 @@
 // Jimenez et al. 2016, Practical Real-Time Strategies for Accurate Indirect Occlusion, Alg. 1 and Eq. 7: the
 // cosine-weighted integral of a slice between its two horizons.
 
+#![allow(clippy::needless_range_loop, reason = "loops over lanes of several arrays become vectors")]
+#![allow(clippy::manual_clamp, reason = "NaN, of the background, must become a number")]
+
 use crate::ao_image::AoParams;
 use crate::camera::Projection;
 use crate::gbuffer::GBuffer;
@@ -347,9 +350,7 @@ mod tests {
     fn vectors_and_the_book_agree() {
         let wave = |p: Vec2| 2.0 + 0.3 * (9.0 * p.x).sin() + if p.y > 0.3 { 0.5 } else { 0.0 };
         let hole = |p: Vec2| if p.length() < 0.1 { f32::INFINITY } else { wave(p) };
-        for projection in
-            [Projection::Perspective { fov_y: 1.0 }, Projection::Orthographic { height: 2.0 }]
-        {
+        for projection in [Projection::Perspective { fov_y: 1.0 }, Projection::Orthographic { height: 2.0 }] {
             let gbuffer = frame(projection, Vec3::new(0.3, -0.2, 1.0), hole);
             let horizons = Horizons::new(&gbuffer, AoParams { radius: 0.7 });
             let mut line = [0.0; 64];

@@ -306,7 +306,9 @@ impl Lowering<'_> {
     }
 
     fn image(&mut self, sources: &[Source]) {
-        let [Source { buffer, resample: Resample::None }] = *sources else { panic!("the image is a convolution") };
+        let [Source { buffer, resample: Resample::None }] = *sources else {
+            panic!("the image is a convolution")
+        };
         self.read(buffer);
         self.steps.push(Step::Image { input: buffer });
     }

@@ -53,11 +53,17 @@ pub(crate) struct Args {
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<()> {
     if args.frames < 2 || !args.step.is_finite() {
-        bail!("--frames and --step: expected at least 2 frames and a finite step, found {} and {}", args.frames, args.step);
+        bail!(
+            "--frames and --step: expected at least 2 frames and a finite step, found {} and {}",
+            args.frames,
+            args.step
+        );
     }
     let models: Vec<(String, Model)> = match &args.model[..] {
         [] => vec![("any_radius".into(), setup::model(None)?)],
-        paths => paths.iter().map(|p| Ok((setup::name_of(p), setup::model(Some(p))?))).collect::<Result<_>>()?,
+        paths => {
+            paths.iter().map(|p| Ok((setup::name_of(p), setup::model(Some(p))?))).collect::<Result<_>>()?
+        }
     };
     let (tracer, mut view) = args.stage.load()?;
     let middle = gbuffer::render(&tracer, &view)?;
@@ -79,7 +85,8 @@ pub(crate) fn run(args: &Args) -> Result<()> {
         rows.push((name.as_str(), flicker(&gbuffers, &references, &images)?));
     }
     // The reference's own noise: the same frames with other rays.
-    let other = |(i, surface): (u64, &Surface)| setup::reference(&tracer, surface, params, sampling(i + 1000));
+    let other =
+        |(i, surface): (u64, &Surface)| setup::reference(&tracer, surface, params, sampling(i + 1000));
     let others = (1..).zip(&path).map(other).collect::<Result<Vec<_>>>()?;
     rows.push(("reference, other rays", flicker(&gbuffers, &references, &others)?));
     report(args, &rows)
@@ -105,9 +112,7 @@ fn render(args: &Args, tracer: &Tracer, view: &View, middle: &Surface) -> Result
 
 fn report(args: &Args, rows: &[(&str, Flicker)]) -> Result<()> {
     if args.json {
-        let method = |(name, f): &(&str, Flicker)| {
-            json!({ "method": name, "excess": f.excess, "change": f.change, "reference_change": f.reference_change, "pairs": f.pairs })
-        };
+        let method = |(name, f): &(&str, Flicker)| json!({ "method": name, "excess": f.excess, "change": f.change, "reference_change": f.reference_change, "pairs": f.pairs });
         return output::json(&rows.iter().map(method).collect::<Vec<_>>());
     }
     let row = |(name, f): &(&str, Flicker)| {
@@ -116,5 +121,7 @@ fn report(args: &Args, rows: &[(&str, Flicker)]) -> Result<()> {
     let rows: Vec<_> = rows.iter().map(row).collect();
     output::text(&table(&["method", "flicker", "change", "reference's change"], &rows, Style::Text))?;
     let (frames, step, spp) = (args.frames, args.step, args.spp);
-    output::text(&format!("\nmeans a point and frame; {frames} frames, {step} px a frame, {spp} rays per pixel\n"))
+    output::text(&format!(
+        "\nmeans a point and frame; {frames} frames, {step} px a frame, {spp} rays per pixel\n"
+    ))
 }

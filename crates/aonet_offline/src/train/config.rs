@@ -151,7 +151,8 @@ impl TrainConfig {
         }
         let channels = self.model.features.channels();
         if roll > 0.0 && channels.contains(&Channel::SliceOcclusion) {
-            let expected = "0: slices have the directions of their place in the frame, which a rolled crop would change";
+            let expected =
+                "0: slices have the directions of their place in the frame, which a rolled crop would change";
             return Err(Error::request("training roll", expected, roll));
         }
         self.loss.check(self.crop)?;

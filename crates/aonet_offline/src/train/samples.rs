@@ -5,9 +5,9 @@ use crate::dataset::FrameEntry;
 use crate::dataset::Manifest;
 use crate::error::{Error, Result};
 use crate::frame::{Frame, FrameHints};
+use aonet::net::Features;
 use aonet::net::config::Channel;
 use aonet::net::features::{TILE, write_features};
-use aonet::net::Features;
 use aonet::{AoImage, AoParams, GBuffer};
 use half::f16;
 use rayon::prelude::*;
@@ -55,11 +55,7 @@ impl Sample {
         Self::new((&frame.gbuffer, params), &ao, features).map_err(Error::in_file(&path))
     }
 
-    fn new(
-        (gbuffer, params): (&GBuffer, AoParams),
-        ao: &AoImage,
-        features: Features,
-    ) -> aonet::Result<Self> {
+    fn new((gbuffer, params): (&GBuffer, AoParams), ao: &AoImage, features: Features) -> aonet::Result<Self> {
         let (width, height) = (gbuffer.width(), gbuffer.height());
         let planes = |gbuffer: &GBuffer| {
             let mut planes = vec![0.0; features.channels().len() * width * height];
@@ -292,12 +288,14 @@ mod tests {
     fn slices_of_crops_are_slices_of_the_frame_or_of_its_mirror_image() {
         let (width, height, side) = (40, 24, 16);
         let projection = Projection::Perspective { fov_y: 1.0 };
-        let camera = Camera::look_at((Vec3::ZERO, -Vec3::Z, Vec3::Y), projection, (width, height), 0.0).unwrap();
+        let camera =
+            Camera::look_at((Vec3::ZERO, -Vec3::Z, Vec3::Y), projection, (width, height), 0.0).unwrap();
         let depth = (0..width * height).map(|i| 2.0 + (i * 7 % 11) as f32 * 0.05 + (i % width) as f32 * 0.02);
         let normal = [0.1f32, 0.2, (1.0f32 - 0.05).sqrt()];
         let gbuffer = GBuffer::new(camera, depth.collect(), vec![normal; width * height]).unwrap();
         let (params, features) = (AoParams::new(0.4).unwrap(), Features::NormalRadiusSlice);
-        let sample = Sample::new((&gbuffer, params), &AoImage::open(width, height).unwrap(), features).unwrap();
+        let sample =
+            Sample::new((&gbuffer, params), &AoImage::open(width, height).unwrap(), features).unwrap();
         for (mirror, seen) in [(false, gbuffer.clone()), (true, mirrored(&gbuffer).unwrap())] {
             let mut planes = vec![0.0; 5 * width * height];
             write_features(features, (&seen, params), &mut planes, (width, width * height));

@@ -31,7 +31,8 @@ fn model(config: ModelConfig, seed: u64) -> Model {
     let mut tensors = Weights::init(&graph, seed).tensors().clone();
     tensors.values_mut().filter(|t| t.shape.len() == 1).for_each(|t| t.values.fill_with(|| 0.1 * random()));
     // Training starts with a nearly flat image.
-    let flat = |name: &str| name == "head.weight" || config.arch == Arch::DeepShading && name.ends_with("weight");
+    let flat =
+        |name: &str| name == "head.weight" || config.arch == Arch::DeepShading && name.ends_with("weight");
     let weights = tensors.iter_mut().filter(|(name, _)| flat(name));
     weights.for_each(|(_, t)| t.values.iter_mut().for_each(|v| *v *= 10.0));
     Model::new(config, Weights::new(&graph, tensors).unwrap(), TrainingFacts::default()).unwrap()

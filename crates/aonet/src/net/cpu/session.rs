@@ -97,7 +97,9 @@ impl Session {
                 Prepared::Head(head) => {
                     head.run(self.isa, (&mut self.workers, &self.arena), (gbuffer, image));
                 }
-                Prepared::Image(step) => step.run(self.isa, (&mut self.workers, &self.arena), (gbuffer, image)),
+                Prepared::Image(step) => {
+                    step.run(self.isa, (&mut self.workers, &self.arena), (gbuffer, image))
+                }
             }
             after_step(i);
         }
