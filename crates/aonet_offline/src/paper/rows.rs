@@ -128,7 +128,8 @@ pub struct Models {
 }
 
 impl Models {
-    /// Every `ROW.safetensors` and `ROW-SEED.safetensors` of a folder.
+    /// Every `ROW.safetensors` and `ROW-SEED.safetensors` of a folder, and the best models of training runs in
+    /// `ROW` and `ROW-SEED`.
     ///
     /// # Errors
     /// Names the folder that cannot be read, or the file that is no model.
@@ -136,8 +137,9 @@ impl Models {
         let mut found = Vec::new();
         for entry in std::fs::read_dir(dir).map_err(Error::io(dir))? {
             let path = entry.map_err(Error::io(dir))?.path();
-            if let Some((row, seed)) = row_and_seed(&path) {
-                found.push((row, seed, path));
+            let best = path.join("best.safetensors");
+            if let Some((row, seed)) = row_and_seed(&path, best.is_file()) {
+                found.push((row, seed, if best.is_file() { best } else { path }));
             }
         }
         found.sort();
@@ -172,9 +174,10 @@ impl Models {
     }
 }
 
-/// `row` and no seed of `row.safetensors`, `row` and 3 of `row-3.safetensors`; nothing of other files.
-fn row_and_seed(path: &Path) -> Option<(String, Option<u64>)> {
-    let stem = path.file_name()?.to_str()?.strip_suffix(".safetensors")?;
+/// `row` and no seed of `row.safetensors`, `row` and 3 of `row-3.safetensors`, the same of runs; nothing of other files.
+fn row_and_seed(path: &Path, is_run: bool) -> Option<(String, Option<u64>)> {
+    let name = path.file_name()?.to_str()?;
+    let stem = if is_run { name } else { name.strip_suffix(".safetensors")? };
     let numbered =
         stem.rsplit_once('-').and_then(|(row, seed)| Some((row.to_owned(), Some(seed.parse().ok()?))));
     Some(numbered.unwrap_or_else(|| (stem.to_owned(), None))).filter(|(row, _)| !row.is_empty())
@@ -192,11 +195,15 @@ mod tests {
             fixtures::save_model(dir.path(), name, ModelConfig::paper());
         }
         std::fs::write(dir.path().join("notes.txt"), "not a model").unwrap();
+        std::fs::create_dir(dir.path().join("softmax-2")).unwrap();
+        fixtures::save_model(&dir.path().join("softmax-2"), "best", ModelConfig::paper());
+        std::fs::create_dir(dir.path().join("no_run")).unwrap();
         let models = Models::load(dir.path()).unwrap();
         let names = models.seeds("base").iter().map(|t| t.path.file_stem().unwrap().to_str().unwrap());
         assert_eq!(names.collect::<Vec<_>>(), ["base", "base-9", "base-10"]);
         assert_eq!(models.others(), ["my-own"]);
         assert_eq!(models.seeds("base_kernel"), []);
+        assert_eq!(models.seeds("softmax").len(), 1);
         assert!(models.first("base_patch").is_some() && models.first("ao_net").is_none());
     }
 
