@@ -83,14 +83,15 @@ pub const TABLE_4: [Row; 4] = [
 ];
 
 /// What the paper does not vary.
-pub const ABLATIONS: [Row; 7] = [
+pub const ABLATIONS: [Row; 8] = [
     ours(AO_NET, "AO-Net, as in Table 1"),
     ours("softmax", "kernels that sum to one"),
     ours("no_skips", "no skip connections"),
     ours("dssim_only", "loss: DSSIM only"),
     ours("l1_only", "loss: L1 only"),
-    ours("vgg", "loss: with VGG-19"),
-    ours("vgg_off", "loss: without VGG-19"),
+    ours("vgg_off", "crops of 128, loss: DSSIM"),
+    ours("vgg_relu1_2", "crops of 128, loss: DSSIM, VGG-19 relu1_2"),
+    ours("vgg_relu2_2", "crops of 128, loss: DSSIM, VGG-19 relu2_2"),
 ];
 
 /// What a figure calls a row: the shortest name that tells it apart.
