@@ -93,19 +93,20 @@ mod tests {
     use aonet::net::{Graph, ModelConfig, TrainingFacts, Weights};
 
     #[test]
-    fn every_step_has_a_time_and_together_they_are_the_run() {
+    fn every_step_has_its_own_time() {
         let config = ModelConfig { encoder: vec![16, 16], decoder: vec![16], ..ModelConfig::paper() };
         let weights = Weights::init(&Graph::new(&config).unwrap(), 1);
         let model = Model::new(config, weights, TrainingFacts::default()).unwrap();
-        let steps = time_steps(&model, (320, 200), 1, 9).unwrap();
+        // Whatever else the machine does, the steps of one run do not take longer than the whole call.
+        let start = Instant::now();
+        let steps = time_steps(&model, (320, 200), 1, 1).unwrap();
+        let whole_ms = start.elapsed().as_secs_f64() * 1e3;
         // Features, six convolutions, head.
         assert_eq!(steps.len(), 8);
         assert!(steps.iter().all(|ms| *ms > 0.0), "{steps:?}");
-        let whole = time(&model, (320, 200), 1, 9).unwrap();
-        // A busy machine may be several times slower from one moment to the next.
-        let ratio = steps.iter().sum::<f64>() / whole.median_ms;
-        assert!((0.1..10.0).contains(&ratio), "{ratio}");
-        assert!(whole.min_ms <= whole.median_ms && whole.session_bytes > 320 * 200);
+        assert!(steps.iter().sum::<f64>() < whole_ms, "{steps:?} in {whole_ms}");
+        let times = time(&model, (320, 200), 1, 3).unwrap();
+        assert!(times.min_ms > 0.0 && times.min_ms <= times.median_ms && times.session_bytes > 320 * 200);
         assert!(time(&model, (320, 200), 0, 1).is_err() && time_steps(&model, (0, 8), 1, 1).is_err());
     }
 
