@@ -99,7 +99,7 @@ fn figures_and_the_page_are_complete_and_need_nothing_else() {
     }
     let networks = sections[1].json["networks"].as_object().unwrap();
     assert_eq!(networks.len(), 6, "one a row");
-    assert_eq!(networks["normal_depth_normalized"]["channels"][3]["name"], "depth normalized");
+    assert_eq!(networks["normal_depth_normalized"]["channels"][3]["name"], "normalised depth");
     assert_ne!(sections[1].claims[0].verdict, claims::Verdict::NotMeasured);
     let out = dir.path().join("out");
     std::fs::create_dir(&out).unwrap();
