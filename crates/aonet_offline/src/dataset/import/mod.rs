@@ -117,7 +117,6 @@ pub struct ImportSummary {
 /// visibility is not within [0, 1]. Also when a number is out of range, `dir` holds another dataset, or a file cannot be
 /// written.
 pub fn import(dir: &Path, wanted: &Import, on_event: &dyn Fn(Event)) -> Result<ImportSummary> {
-    wanted.rule.check()?;
     AoParams::new(wanted.radius)?;
     let Pairs { triples, skipped } = pair([&wanted.normal, &wanted.depth, &wanted.ao], wanted.unmatched)?;
     let plan = plan(wanted, &triples)?;

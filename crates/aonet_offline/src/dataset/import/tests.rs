@@ -180,20 +180,34 @@ impl Plane {
 fn background_is_told_by_depth_or_normal() {
     for hidden in [0.0, f32::NAN, f32::NEG_INFINITY, 1e9, 3e38] {
         let desk = Desk::with(&[same("0001")]);
+        // As in an image that has a colour everywhere: a normal does not say that there is something.
+        desk.write("normal/0001.exr", normals_without_background());
         desk.write("depth/0001.exr", depth(|d| if d.is_finite() { d } else { hidden }));
         assert_close(&desk.frame());
     }
+    let desk = Desk::with(&[same("0001")]);
+    desk.write("normal/0001.exr", normals_without_background());
+    desk.write("depth/0001.exr", vec![halves("Z", FRAME.gbuffer.depth().iter().map(|d| d.min(65504.0)))]);
+    assert_eq!(hidden_pixels(&desk.frame()), hidden_pixels(&FRAME));
     // The pixels of the background have zero normals, stored as 0.5; and, as an empty image has them, as 0.
     for store in [|c: f32| 0.5 * c + 0.5, |c: f32| if c == 0.0 { 0.0 } else { 0.5 * c + 0.5 }] {
         let desk = Desk::new();
         desk.write("normal/0001.exr", zero_stays_zero(store));
         desk.write("depth/0001.exr", depth(|d| d.min(7.0)));
         desk.write("ao/0001.exr", ao());
-        let frame = desk.frame();
-        for (i, d) in FRAME.gbuffer.depth().iter().enumerate() {
-            assert_eq!(frame.gbuffer.is_foreground(i), d.is_finite());
-        }
+        assert_eq!(hidden_pixels(&desk.frame()), hidden_pixels(&FRAME));
     }
+}
+
+fn hidden_pixels(frame: &Frame) -> Vec<usize> {
+    (0..SIZE.0 * SIZE.1).filter(|&i| !frame.gbuffer.is_foreground(i)).collect()
+}
+
+/// Normals that look at the viewer where there is nothing.
+fn normals_without_background() -> Vec<Plane> {
+    let value = |n: &[f32; 3], c: usize| if *n == [0.0; 3] { [0.5, 0.5, 1.0][c] } else { 0.5 * n[c] + 0.5 };
+    let axis = |(c, name)| halves(name, FRAME.gbuffer.normal().iter().map(|n| value(n, c)));
+    [(0, "R"), (1, "G"), (2, "B")].map(axis).into()
 }
 
 /// Normals of which only whole pixels of zero are stored as `store` has zero.
@@ -308,11 +322,12 @@ fn imported_frames_are_not_made_again() {
     let refusals = [
         super::super::generate(&elsewhere, &manifest.plan, None, &|_| ()).unwrap_err(),
         super::super::remake(&elsewhere, (&manifest, desk.dir.path()), None, &|_| ()).unwrap_err(),
-        super::super::propose_view(&manifest.plan.scenes[0], SIZE, 0).map(|_| ()).unwrap_err(),
     ];
     for refusal in refusals {
-        assert!(refusal.to_string().contains("imported frames"), "{refusal}");
+        assert!(refusal.to_string().contains("another program made them"), "{refusal}");
     }
+    let refusal = super::super::propose_view(&manifest.plan.scenes[0], SIZE, 0).map(|_| ()).unwrap_err();
+    assert!(refusal.to_string().contains("no triangles"), "{refusal}");
     assert!(!elsewhere.exists());
 }
 
