@@ -47,6 +47,7 @@ fn every_row_of_tables_3_and_4() {
         Features::NormalDepthNormalized,
         Features::NormalProjectedRadius,
         Features::NormalRadiusSlice,
+        Features::NormalEncoded,
     ];
     for features in all {
         check(ModelConfig { features, ..ModelConfig::paper() }, (70, 33));

@@ -10,6 +10,8 @@ use serde::{Deserialize, Serialize};
 pub enum Features {
     /// View-space normal: 3 channels. The paper's choice.
     Normal,
+    /// The same as n/2 + 1/2, as G-buffers store it: 3 channels.
+    NormalEncoded,
     /// Normal and depth in world units: 4 channels.
     NormalDepth,
     /// Normal and depth scaled to [0, 1] over the frame's foreground: 4 channels.
@@ -27,6 +29,8 @@ pub enum Features {
 pub enum Channel {
     /// Component 0, 1 or 2 of the view-space normal; 0 on the background.
     Normal(u8),
+    /// The same as n/2 + 1/2; 0 on the background.
+    NormalEncoded(u8),
     /// Component 0, 1 or 2 of the view-space position [world units]; 0 on the background.
     Position(u8),
     /// Depth along -Z [world units]; 0 on the background.
@@ -44,6 +48,9 @@ impl Channel {
     pub fn name(self) -> &'static str {
         match self {
             Self::Normal(k) => ["normal x", "normal y", "normal z"][usize::from(k)],
+            Self::NormalEncoded(k) => {
+                ["encoded normal x", "encoded normal y", "encoded normal z"][usize::from(k)]
+            }
             Self::Position(k) => ["position x", "position y", "position z"][usize::from(k)],
             Self::Depth => "depth",
             Self::DepthNormalized => "normalised depth",
@@ -63,6 +70,10 @@ impl Features {
         }
         match self {
             Self::Normal => &NORMAL,
+            Self::NormalEncoded => {
+                use Channel::NormalEncoded;
+                const { &[NormalEncoded(0), NormalEncoded(1), NormalEncoded(2)] }
+            }
             Self::NormalDepth => const { &and(Channel::Depth) },
             Self::NormalDepthNormalized => const { &and(Channel::DepthNormalized) },
             Self::NormalProjectedRadius => const { &and(Channel::ProjectedRadius) },

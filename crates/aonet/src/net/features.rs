@@ -67,6 +67,12 @@ impl<'a> FeatureRows<'a> {
                 let normals = &self.gbuffer.normal()[first..];
                 line.iter_mut().zip(normals).for_each(|(value, n)| *value = n[usize::from(k)]);
             }
+            Channel::NormalEncoded(k) => {
+                let normals = &self.gbuffer.normal()[first..];
+                pixels.zip(normals).for_each(|((value, &depth), n)| {
+                    *value = if depth == f32::INFINITY { 0.0 } else { 0.5 * n[usize::from(k)] + 0.5 };
+                });
+            }
             Channel::Position(k) => {
                 let camera = self.gbuffer.camera();
                 pixels.enumerate().for_each(|(x, (value, &depth))| {

@@ -83,8 +83,9 @@ pub const TABLE_4: [Row; 4] = [
 ];
 
 /// What the paper does not vary.
-pub const ABLATIONS: [Row; 8] = [
+pub const ABLATIONS: [Row; 9] = [
     ours(AO_NET, "AO-Net, as in Table 1"),
+    ours("normal_encoded", "normals as n/2 + 1/2"),
     ours("softmax", "kernels that sum to one"),
     ours("no_skips", "no skip connections"),
     ours("dssim_only", "loss: DSSIM only"),

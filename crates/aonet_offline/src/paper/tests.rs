@@ -50,7 +50,7 @@ fn tables_have_trained_and_missing_rows() {
     assert!(
         row(ablations, "my_own")[1] != "not trained" && row(ablations, "kernels that sum to one").len() == 11
     );
-    assert_eq!(row(ablations, "loss: with VGG-19")[1], "not trained");
+    assert_eq!(row(ablations, "crops of 128, loss: DSSIM, VGG-19 relu1_2")[1], "not trained");
     assert_eq!(table1.json["rows"][0]["trained"], false);
     assert!(table1.json["rows"][3]["ssim"]["spread"].as_f64().is_some(), "{}", table1.json);
     let text = table1.markdown();

@@ -113,6 +113,12 @@ impl Sample {
                     let first = c - usize::from(*k);
                     put(c, symmetry.vector([0, 1, 2].map(|k| value(first + k)))[usize::from(*k)]);
                 }
+                Channel::NormalEncoded(k) => {
+                    let first = c - usize::from(*k);
+                    let encoded = [0, 1, 2].map(|k| value(first + k));
+                    let turned = symmetry.vector(encoded.map(|e| 2.0 * e - 1.0)).map(|n| 0.5 * n + 0.5);
+                    put(c, if encoded == [0.0; 3] { 0.0 } else { turned[usize::from(*k)] });
+                }
                 Channel::SliceOcclusion if symmetry.mirror => {
                     let (row, column) = (from / self.width, from % self.width);
                     put(c, self.mirrored_slices[(row + 1) * self.width - 1 - column].to_f32());
@@ -314,6 +320,26 @@ mod tests {
                 let found = tiles(height - side).any(|top| tiles(width - side).any(|left| close(left, top)));
                 assert!(found, "mirror {mirror}, ({x}, {y})");
             }
+        }
+    }
+
+    #[test]
+    fn encoded_normals_turn_as_normals_do() {
+        let projection = Projection::Perspective { fov_y: 1.0 };
+        let camera = Camera::look_at((Vec3::ZERO, -Vec3::Z, Vec3::Y), projection, (16, 16), 0.0).unwrap();
+        let depth = (0..256).map(|i| if i == 7 { f32::INFINITY } else { 2.0 }).collect();
+        let normal = |i| if i == 7 { [0.0; 3] } else { [0.6, 0.0, 0.8] };
+        let gbuffer = GBuffer::new(camera, depth, (0..256).map(normal).collect()).unwrap();
+        let crop = |features| {
+            let ao = AoImage::open(16, 16).unwrap();
+            let sample = Sample::new((&gbuffer, AoParams::new(1.0).unwrap()), &ao, features).unwrap();
+            sample.crop((0, 0, 16), Symmetry { mirror: true, quarter_turns: 1 })
+        };
+        let (plain, encoded) = (crop(Features::Normal), crop(Features::NormalEncoded));
+        assert_eq!(plain.foreground, encoded.foreground);
+        for (i, (n, e)) in plain.features.iter().zip(&encoded.features).enumerate() {
+            let expected = 0.5 * (n + 1.0) * plain.foreground[i % 256];
+            assert!((e - expected).abs() < 1e-3, "{i}: {n} {e}");
         }
     }
 
