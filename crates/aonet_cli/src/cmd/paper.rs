@@ -17,9 +17,9 @@ const WEIGHTS: &str = "assets/weights/rows";
 ///
 /// A row ROW is the network WEIGHTS/ROW.safetensors, or the best of the training run WEIGHTS/ROW; the same with -SEED are
 /// further seeds of it. Rows: deep_ao, deep_shading, ao_net, ours; normal_depth, normal_depth_normalized,
-/// normal_projected_radius; base, base_patch, base_kernel; normal_encoded, softmax, no_skips, dssim_only, l1_only, vgg_off, vgg_relu1_2,
-/// vgg_relu2_2. Others go to the ablations. A row without a network is printed as `not trained`. table2 and fig3 need no
-/// dataset.
+/// normal_projected_radius; base, base_patch, base_kernel; normal_encoded, softmax, no_skips, dssim_only, l1_only,
+/// vgg_off, vgg_relu1_2, vgg_relu2_2. Others go to the ablations. A row without a network is printed as `not trained`.
+/// table2 and fig3 need no dataset.
 #[derive(Debug, Parser)]
 #[command(after_help = "Examples:
   aonet paper table1 --test data/test --weights runs
