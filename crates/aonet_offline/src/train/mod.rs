@@ -18,6 +18,8 @@ mod ssim;
 mod step;
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod timings;
 mod validate;
 mod vgg;
 

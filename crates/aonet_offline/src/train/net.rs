@@ -54,11 +54,11 @@ pub(crate) fn forward(
             Op::PatchPartition { input, patch } => patch_partition(of(input), *patch),
             Op::PatchMerge { input, patch } => patch_merge(of(input), *patch),
             Op::Conv { input, name, size, groups, activation } => {
-                let x = conv(of(input), (params, name, [*size, *groups]), by);
-                match activation {
-                    Activation::Linear => x,
-                    Activation::LeakyRelu => leaky_relu(x, f64::from(LEAKY_SLOPE)),
-                }
+                let slope = match activation {
+                    Activation::Linear => 1.0,
+                    Activation::LeakyRelu => LEAKY_SLOPE,
+                };
+                conv(of(input), (params, name), ([*size, *groups], slope), by)
             }
             Op::AvgPool2 { input } => avg_pool2d(of(input), AvgPoolOptions::new([2, 2])),
             Op::Upsample2 { input } => upsample_axis(upsample_axis(of(input), 2), 3),
@@ -74,7 +74,8 @@ pub(crate) fn forward(
 
 fn conv(
     x: Tensor<4>,
-    (params, name, [size, groups]): (&BTreeMap<String, Param>, &str, [usize; 2]),
+    (params, name): (&BTreeMap<String, Param>, &str),
+    ([size, groups], slope): ([usize; 2], f32),
     by: Kernels,
 ) -> Tensor<4> {
     let (Param::Weight(weight), Param::Bias(bias)) =
@@ -83,11 +84,12 @@ fn conv(
         unreachable!("weights have four axes and biases one")
     };
     if by == Kernels::Own {
-        return flex_ops::conv(x, weight.clone(), bias.clone());
+        return flex_ops::conv(x, (weight.clone(), bias.clone()), slope);
     }
     let half = size / 2;
     let options = ConvOptions::new([1, 1], [0, 0], [1, 1], groups);
-    conv2d(repeat_edge(x, (half, half)), weight.clone(), Some(bias.clone()), options)
+    let y = conv2d(repeat_edge(x, (half, half)), weight.clone(), Some(bias.clone()), options);
+    if slope == 1.0 { y } else { leaky_relu(y, f64::from(slope)) }
 }
 
 /// Adds `before` and `after` copies of the first and last row and column.

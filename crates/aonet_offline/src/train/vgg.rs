@@ -115,7 +115,7 @@ impl Vgg {
             Kernels::Own => {
                 // Repeated edges lie outside a ring of zeros, which is cut off again.
                 let [_, _, h, w] = x.dims();
-                let ringed = flex_ops::conv(x.pad((1, 1, 1, 1), 0.0), weight, bias);
+                let ringed = flex_ops::conv(x.pad((1, 1, 1, 1), 0.0), (weight, bias), 1.0);
                 ringed.narrow(2, 1, h).narrow(3, 1, w)
             }
         }

@@ -28,18 +28,23 @@ impl Level {
 
 /// A level that this machine has been found to have.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum Isa {
+pub enum Isa {
+    /// [`Level::Portable`].
     Portable,
+    /// [`Level::Avx2`].
     #[cfg(target_arch = "x86_64")]
     Avx2(super::x86::Avx2),
+    /// [`Level::Avx512`].
     #[cfg(target_arch = "x86_64")]
     Avx512(super::x86::Avx512),
 }
 
 impl Isa {
+    /// The level's instructions.
+    ///
     /// # Errors
     /// When the machine does not have the level.
-    pub(super) fn new(level: Level) -> Result<Self> {
+    pub fn new(level: Level) -> Result<Self> {
         #[cfg(target_arch = "x86_64")]
         use super::x86::{Avx2, Avx512};
         match level {
@@ -77,7 +82,7 @@ impl Isa {
     }
 
     /// Runs a kernel with these instructions.
-    pub(super) fn run(self, kernel: impl Kernel) {
+    pub fn run(self, kernel: impl Kernel) {
         match self {
             Self::Portable => kernel.run(Portable),
             #[cfg(target_arch = "x86_64")]

@@ -26,5 +26,6 @@ mod tests;
 #[cfg(target_arch = "x86_64")]
 mod x86;
 
-pub use level::Level;
+pub use level::{Isa, Level};
 pub use session::Session;
+pub use simd::{Kernel, Simd};

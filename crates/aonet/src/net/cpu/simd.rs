@@ -1,7 +1,7 @@
 //! Vectors of f32, one source for every instruction set.
 
 /// A set of vector instructions. A value of an implementing type is the proof that the machine has them.
-pub(super) trait Simd: Copy {
+pub trait Simd: Copy {
     /// `LANES` values.
     type V: Copy;
     /// Values in a vector.
@@ -26,7 +26,7 @@ pub(super) trait Simd: Copy {
 }
 
 /// Work that is written once for all instruction sets. `run` and all it calls must be `#[inline(always)]`.
-pub(super) trait Kernel {
+pub trait Kernel {
     /// Does the work.
     fn run<S: Simd>(self, simd: S);
 }

@@ -6,11 +6,11 @@ use std::arch::x86_64::*;
 
 /// AVX2 and FMA.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Avx2(());
+pub struct Avx2(());
 
 /// AVX-512F.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Avx512(());
+pub struct Avx512(());
 
 impl Avx2 {
     pub(super) fn detect() -> Option<Self> {

@@ -3,8 +3,12 @@
 //! The framework's own convolution copies every tensor several times in each direction and pads by concatenation:
 //! with these two operations a training step takes half the time.
 
+mod bordered;
 mod convolution;
+mod direct;
 mod neighbours;
+#[cfg(test)]
+mod tests;
 
 use aonet::net::graph::TAPS;
 use burn::backend::autodiff::checkpoint::base::Checkpointer;
@@ -18,9 +22,9 @@ use convolution::Convolution;
 use neighbours::Neighbours;
 
 /// Convolution BxOxHxW of `x` BxCxHxW with `weight` OIHW, odd and square, and `bias` O, in C/I groups; beyond its border
-/// the image repeats its edge. On the CPU only.
-pub(super) fn conv(x: Tensor<4>, weight: Tensor<4>, bias: Tensor<1>) -> Tensor<4> {
-    let y = Dispatch::edge_conv(x.into_dispatch(), weight.into_dispatch(), bias.into_dispatch());
+/// the image repeats its edge. What is negative is multiplied with `slope`, in (0, 1]. On the CPU only.
+pub(super) fn conv(x: Tensor<4>, (weight, bias): (Tensor<4>, Tensor<1>), slope: f32) -> Tensor<4> {
+    let y = Dispatch::edge_conv(x.into_dispatch(), weight.into_dispatch(), bias.into_dispatch(), slope);
     Tensor::from_dispatch(y)
 }
 
@@ -36,6 +40,7 @@ trait GraphOps: Backend {
         x: FloatTensor<Self>,
         weight: FloatTensor<Self>,
         bias: FloatTensor<Self>,
+        slope: f32,
     ) -> FloatTensor<Self>;
     fn weigh_guide(kernels: FloatTensor<Self>, guide: FloatTensor<Self>) -> FloatTensor<Self>;
 }
@@ -43,12 +48,12 @@ trait GraphOps: Backend {
 type Values = FloatTensor<Flex>;
 
 impl GraphOps for Flex {
-    fn edge_conv(x: Values, weight: Values, bias: Values) -> Values {
+    fn edge_conv(x: Values, weight: Values, bias: Values, slope: f32) -> Values {
         let (x, weight, bias) = (x.to_contiguous(), weight.to_contiguous(), bias.to_contiguous());
         let shape = Convolution::of(&x, &weight);
         let outputs = shape.groups * shape.outputs;
         let mut out = vec![0.0; shape.batch * outputs * shape.pixels()];
-        shape.forward((floats(&x), floats(&weight), floats(&bias)), &mut out);
+        shape.forward((floats(&x), floats(&weight), floats(&bias)), slope, &mut out);
         tensor(out, [shape.batch, outputs, shape.height, shape.width])
     }
 
@@ -66,15 +71,17 @@ impl<C: CheckpointStrategy> GraphOps for Autodiff<Flex, C> {
         x: FloatTensor<Self>,
         weight: FloatTensor<Self>,
         bias: FloatTensor<Self>,
+        slope: f32,
     ) -> FloatTensor<Self> {
         let nodes = [x.node(), weight.node(), bias.node()];
         let (x, weight, bias) = (x.into_primitive(), weight.into_primitive(), bias.into_primitive());
         match ConvBackward.prepare::<C>(nodes).compute_bound().stateful() {
             OpsKind::Tracked(prep) => {
-                let y = Flex::edge_conv(x.clone(), weight.clone(), bias);
-                prep.finish((x, weight), y)
+                let y = Flex::edge_conv(x.clone(), weight.clone(), bias, slope);
+                let activated = (slope != 1.0).then(|| (y.clone(), slope));
+                prep.finish(Seen { x, weight, activated }, y)
             }
-            OpsKind::UnTracked(prep) => prep.finish(Flex::edge_conv(x, weight, bias)),
+            OpsKind::UnTracked(prep) => prep.finish(Flex::edge_conv(x, weight, bias, slope)),
         }
     }
 
@@ -94,18 +101,30 @@ impl<C: CheckpointStrategy> GraphOps for Autodiff<Flex, C> {
 #[derive(Debug)]
 struct ConvBackward;
 
+/// What a convolution's gradients are made of.
+#[derive(Debug, Clone)]
+struct Seen {
+    x: Values,
+    weight: Values,
+    /// The result and the factor that its negative values have in them.
+    activated: Option<(Values, f32)>,
+}
+
 impl Backward<Flex, 3> for ConvBackward {
-    type State = (Values, Values);
+    type State = Seen;
 
     fn backward(self, ops: Ops<Self::State, 3>, grads: &mut Gradients, _: &mut Checkpointer) {
         let [of_x, of_weight, of_bias] = ops.parents;
         let slope = grads.consume::<Flex>(&ops.node).to_contiguous();
-        let (x, weight) = (ops.state.0.to_contiguous(), ops.state.1.to_contiguous());
+        let slope = before_activation(slope, ops.state.activated);
+        let slope = floats(&slope);
+        let (x, weight) = (ops.state.x.to_contiguous(), ops.state.weight.to_contiguous());
         let shape = Convolution::of(&x, &weight);
         let outputs = shape.groups * shape.outputs;
-        let image = of_x.is_some().then(|| vec![0.0; floats(&x).len()]);
-        let filter = of_weight.is_some().then(|| vec![0.0; floats(&weight).len()]);
-        let (image, filter) = shape.backward((floats(&x), floats(&weight)), floats(&slope), (image, filter));
+        let mut image = of_x.is_some().then(|| vec![0.0; floats(&x).len()]);
+        let mut filter = of_weight.is_some().then(|| vec![0.0; floats(&weight).len()]);
+        let wanted = (image.as_deref_mut(), filter.as_deref_mut());
+        shape.backward((floats(&x), floats(&weight)), slope, wanted);
         if let (Some(node), Some(image)) = (of_x, image) {
             let dims = [shape.batch, shape.groups * shape.inputs, shape.height, shape.width];
             grads.register::<Flex>(node.id, tensor(image, dims));
@@ -116,12 +135,30 @@ impl Backward<Flex, 3> for ConvBackward {
         }
         if let Some(node) = of_bias {
             let mut sums = vec![0.0; outputs];
-            for (i, plane) in floats(&slope).chunks_exact(shape.pixels()).enumerate() {
-                sums[i % outputs] += plane.iter().sum::<f32>();
+            for (i, plane) in slope.chunks_exact(shape.pixels()).enumerate() {
+                sums[i % outputs] += sum(plane);
             }
             grads.register::<Flex>(node.id, tensor(sums, [outputs]));
         }
     }
+}
+
+fn before_activation(slope: Values, activated: Option<(Values, f32)>) -> Values {
+    let Some((y, factor)) = activated else { return slope };
+    let y = y.to_contiguous();
+    let dims: [usize; 4] = y.layout().shape().dims();
+    let scaled = floats(&slope).iter().zip(floats(&y)).map(|(s, y)| if *y > 0.0 { *s } else { s * factor });
+    tensor(scaled.collect(), dims)
+}
+
+/// In lanes, so that the compiler has vectors for them.
+fn sum(values: &[f32]) -> f32 {
+    let (lanes, rest) = values.as_chunks::<16>();
+    let mut sums = [0.0; 16];
+    for lanes in lanes {
+        sums.iter_mut().zip(lanes).for_each(|(s, v)| *s += v);
+    }
+    sums.iter().chain(rest).sum()
 }
 
 #[derive(Debug)]
