@@ -60,8 +60,14 @@ pub(crate) fn forward(
                 };
                 conv(of(input), (params, name), ([*size, *groups], slope), by)
             }
-            Op::AvgPool2 { input } => avg_pool2d(of(input), AvgPoolOptions::new([2, 2])),
-            Op::Upsample2 { input } => upsample_axis(upsample_axis(of(input), 2), 3),
+            Op::AvgPool2 { input } => match by {
+                Kernels::Own => flex_ops::pool(of(input)),
+                Kernels::Framework => avg_pool2d(of(input), AvgPoolOptions::new([2, 2])),
+            },
+            Op::Upsample2 { input } => match by {
+                Kernels::Own => flex_ops::upsample(of(input)),
+                Kernels::Framework => upsample_axis(upsample_axis(of(input), 2), 3),
+            },
             Op::Concat { first, second } => Tensor::cat(vec![of(first), of(second)], 1),
             Op::KernelPredict { kernels, guide, patch, weights } => {
                 kernel_predict((of(kernels), of(guide)), *patch, *weights, by)

@@ -1,6 +1,7 @@
 //! Every way of convolving against plain loops with f64 sums.
 
 use super::convolution::{Convolution, Way};
+use super::resample::Resample;
 use aonet::net::cpu::{Isa, Level};
 
 /// Rounding of f32 sums, beside the largest value; measured 8e-7, allowed ten times that.
@@ -82,4 +83,22 @@ fn every_way_to_convolve_agrees_with_plain_loops() {
 #[should_panic(expected = "0.25 of 1")]
 fn the_comparison_sees_one_wrong_value() {
     assert_close("", &[0.5, 1.0], &[0.75, 1.0]);
+}
+
+/// <y, resample(x)> = <resample back(y), x> for every x and y.
+#[test]
+fn gradients_of_resampling_are_its_transposes() {
+    for to in [Resample::Pool, Resample::Upsample] {
+        for dims in [[1, 1, 2, 2], [2, 3, 4, 6], [1, 2, 2, 34]] {
+            let x = noise(1, dims.iter().product());
+            let y = to.forward(&x, dims);
+            let slope = noise(2, y.len());
+            let back = to.backward(&slope, dims);
+            let dot = |a: &[f32], b: &[f32]| {
+                a.iter().zip(b).map(|(a, b)| f64::from(*a) * f64::from(*b)).sum::<f64>()
+            };
+            let difference = (dot(&y, &slope) - dot(&x, &back)).abs();
+            assert!(difference < ROUNDING * y.len() as f64, "{to:?}, {dims:?}: {difference}");
+        }
+    }
 }
