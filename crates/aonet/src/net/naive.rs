@@ -171,7 +171,7 @@ pub fn kernel_predict(kernels: &Planes, guide: &Planes, patch: usize, weights: K
         let kernel: Vec<f32> = (0..TAPS)
             .map(|k| kernels.at(pixel * TAPS + k, (y / patch) as isize, (x / patch) as isize))
             .collect();
-        let neighbour = |k: usize| {
+        let normal = |k: usize| {
             let (tap, c) = (k / GUIDE_CHANNELS, k % GUIDE_CHANNELS);
             let (dy, dx) = ((tap / WINDOW) as isize + FIRST_TAP, (tap % WINDOW) as isize + FIRST_TAP);
             guide.at(c, y as isize + dy, x as isize + dx)
@@ -180,7 +180,7 @@ pub fn kernel_predict(kernels: &Planes, guide: &Planes, patch: usize, weights: K
             KernelWeights::Softmax => softmax_over_taps(&kernel),
             KernelWeights::Linear | KernelWeights::Off => kernel,
         };
-        kernel.iter().enumerate().map(|(k, w)| w * neighbour(k)).sum::<f32>() / GUIDE_CHANNELS as f32
+        kernel.iter().enumerate().map(|(k, w)| w * normal(k)).sum::<f32>() / GUIDE_CHANNELS as f32
     })
 }
 

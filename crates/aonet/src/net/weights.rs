@@ -108,11 +108,9 @@ impl Init {
 
 /// Starts near a bright image: kernels over normals, in particular, are slow to find it.
 fn brighten_head(graph: &Graph, tensors: &mut BTreeMap<String, Tensor>) {
-    let (Some(Op::KernelPredict { .. } | Op::PatchMerge { .. } | Op::Conv { .. }), Init::He) =
-        (graph.nodes().last().map(|n| &n.op), graph.init)
-    else {
+    if graph.init != Init::He {
         return;
-    };
+    }
     let kernel = match graph.nodes().last() {
         Some(Node { op: Op::KernelPredict { weights, .. }, .. }) => *weights,
         Some(_) | None => KernelWeights::Off,
