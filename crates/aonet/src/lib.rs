@@ -5,6 +5,7 @@
 
 pub mod ao_image;
 pub mod camera;
+pub mod classic;
 pub mod error;
 pub mod gbuffer;
 pub mod metrics;

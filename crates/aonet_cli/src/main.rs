@@ -1,10 +1,12 @@
 //! The `aonet` program: one file a command. stdout is the result, stderr is for people.
 
+mod frame_args;
 mod output;
 mod setup;
 
 mod cmd {
     pub(crate) mod bench;
+    pub(crate) mod classic;
     pub(crate) mod compare;
     pub(crate) mod dataset;
     pub(crate) mod demo;
@@ -38,6 +40,7 @@ struct Cli {
 enum Command {
     Demo(cmd::demo::Args),
     Infer(cmd::infer::Args),
+    Classic(cmd::classic::Args),
     Render(cmd::render::Args),
     Trace(cmd::trace::Args),
     Compare(cmd::compare::Args),
@@ -83,6 +86,7 @@ fn run(command: Command) -> anyhow::Result<Outcome> {
     match command {
         Command::Demo(args) => cmd::demo::run(&args)?,
         Command::Infer(args) => cmd::infer::run(&args)?,
+        Command::Classic(args) => cmd::classic::run(&args)?,
         Command::Render(args) => cmd::render::run(&args)?,
         Command::Trace(args) => cmd::trace::run(&args)?,
         Command::Compare(args) => return cmd::compare::run(&args),

@@ -2,10 +2,12 @@
 
 use crate::output;
 use anyhow::{Context, Result, bail};
+use aonet::classic::Classic;
 use aonet::net::{Model, shipped};
 use aonet::{AoImage, AoParams};
 use aonet_offline::dataset::{SceneSpec, SceneSplit, propose_view};
 use aonet_offline::gbuffer::Surface;
+use aonet_offline::preset::Preset;
 use aonet_offline::reference::{Sampling, reference_ao};
 use aonet_offline::scene::MissingNormals;
 use aonet_offline::scene::ground::add_ground;
@@ -165,4 +167,14 @@ pub(crate) fn reference(
 /// All cores, unless told otherwise.
 pub(crate) fn threads(requested: Option<usize>) -> usize {
     requested.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from)).clamp(1, 1024)
+}
+
+/// Threads for the methods that run on the current pool.
+pub(crate) fn pool(requested: Option<usize>) -> Result<rayon::ThreadPool> {
+    rayon::ThreadPoolBuilder::new().num_threads(threads(requested)).build().context("threads")
+}
+
+/// A method with parameters from a file.
+pub(crate) fn preset(path: &Path) -> Result<Classic> {
+    Ok(Preset::load(path)?.method)
 }

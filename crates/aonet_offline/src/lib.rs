@@ -13,6 +13,7 @@ pub mod gbuffer;
 pub mod paper;
 pub mod picture;
 pub mod plot;
+pub mod preset;
 pub mod reference;
 pub mod scene;
 pub mod sensitivity;

@@ -1,0 +1,127 @@
+//! GTAO: two horizons a slice and the exact light between them.
+// Jimenez, Wu, Pesce, Jarabo 2016, Practical Real-Time Strategies for Accurate Indirect Occlusion; parameters and
+// presets as in Intel's XeGTAO 1.30. Where ours differs: a slice's light is divided by what it would be if open, so that
+// a plane is exactly 1; taps beside the slice are moved into it; taps outside the frame are skipped.
+
+use super::lanes::{F, Mask};
+use super::noise::Noise;
+use super::params::params;
+use super::pyramid::Pyramid;
+use super::screen::{Pixels, Screen};
+use super::slice::Slice;
+use super::{Denoise, PixelMethod};
+
+params! {
+    /// Parameters of GTAO. The defaults are XeGTAO's preset "High".
+    GtaoParams {
+        /// Slices a pixel: less noise.
+        slices: u32 = 3 in 1..=64,
+        /// Taps on each side of a slice: finds thinner occluders.
+        steps: u32 = 3 in 1..=64,
+        /// The radius of the search, as a factor on the AO radius: makes up for the fall-off.
+        radius_scale: f32 = 1.457 in 0.1..=4.0,
+        /// Part of the radius over which an occluder fades out; 0 is a hard end.
+        falloff: f32 = 0.615 in 0.0..=1.0,
+        /// Exponent of the taps' spacing: above 1, more of them lie near the pixel.
+        distribution: f32 = 2.0 in 1.0..=4.0,
+        /// How much farther an occluder counts that lies in front, as a factor on its depth difference minus one: less
+        /// darkness behind thin things.
+        thin_occluder: f32 = 0.0 in 0.0..=4.0,
+        /// Exponent on the visibility.
+        power: f32 = 2.2 in 0.2..=4.0,
+        /// Levels of the depth pyramid; 1 is none.
+        depth_levels: u32 = 5 in 1..=5,
+        /// Taps farther than two to the power of it [px] come from coarser levels.
+        depth_offset: f32 = 3.3 in 0.0..=8.0,
+        /// Passes of the edge-aware 5x5 filter.
+        denoise_passes: u32 = 1 in 0..=4,
+        /// Distance of a neighbour from the pixel's plane at which it stops counting [share of the AO radius].
+        denoise_plane: f32 = 0.05 in 0.001..=2.0,
+        /// Exponent on the cosine between the normals.
+        denoise_normal: f32 = 4.0 in 0.0..=64.0,
+    }
+}
+
+impl GtaoParams {
+    /// XeGTAO's quality presets: "Low", "Medium", "High" and "Ultra" by slices and steps.
+    pub const QUALITY: [(&'static str, u32, u32); 4] =
+        [("low", 1, 2), ("medium", 2, 2), ("high", 3, 3), ("ultra", 9, 3)];
+
+    pub(crate) fn denoise(&self) -> Denoise {
+        Denoise { passes: self.denoise_passes, plane: self.denoise_plane, normal: self.denoise_normal }
+    }
+}
+
+/// GTAO of one frame.
+pub(crate) struct Gtao<'a> {
+    screen: &'a Screen<'a>,
+    params: GtaoParams,
+    noise: Noise,
+    pyramid: Pyramid,
+    /// [world units]
+    radius: f32,
+}
+
+impl<'a> Gtao<'a> {
+    pub(crate) fn new(screen: &'a Screen<'a>, params: GtaoParams) -> Self {
+        let radius = screen.radius * params.radius_scale;
+        // XeGTAO looks at three quarters of the radius when it builds the pyramid.
+        let pyramid =
+            Pyramid::new(screen, (params.depth_levels, params.depth_offset), (0.75 * radius, params.falloff));
+        Self { screen, params, noise: Noise::new(), pyramid, radius }
+    }
+
+    /// Cosine between the viewer and the highest occluder on one side, the tangent plane at least.
+    #[inline(always)]
+    fn highest(&self, p: &Pixels, slice: &Slice, (sign, jitter): (f32, F)) -> F {
+        let lowest = slice.sin_n * -sign;
+        let mut highest = lowest;
+        let inverse_fade = 1.0 / (self.params.falloff.max(1e-3) * self.radius);
+        for k in 0..self.params.steps {
+            let share =
+                taper((jitter + k as f32) * (1.0 / self.params.steps as f32), self.params.distribution);
+            let pixels = (share * p.radius_px * self.params.radius_scale).max(1.0 + k as f32);
+            let tap = self.pyramid.tap(self.screen, slice.place(p, pixels * sign), pixels);
+            let at = slice.project(p, &tap);
+            let before = at.towards * (1.0 + self.params.thin_occluder);
+            let felt = (before * before + at.along * at.along).sqrt();
+            let weight = ((self.radius - felt) * inverse_fade).min(1.0);
+            let cosine = lowest + (at.towards / at.distance - lowest) * weight;
+            let found: Mask = tap.inside & F::from(0.0).lt(weight) & highest.lt(cosine);
+            highest = found.select(cosine, highest);
+        }
+        highest
+    }
+}
+
+impl PixelMethod for Gtao<'_> {
+    #[inline(always)]
+    fn visibility(&self, p: &Pixels, (x, y): (usize, usize)) -> F {
+        let [turn, jitter] = self.noise.at(x, y);
+        let inverse = 1.0 / self.params.slices as f32;
+        let (mut light, mut open) = (F::from(0.0), F::from(0.0));
+        for s in 0..self.params.slices {
+            let slice = Slice::new(p, (turn + s as f32) * inverse);
+            // The golden ratio keeps the slices' taps apart.
+            let jitter = (jitter + s as f32 * 0.618_034).fract();
+            for sign in [1.0, -1.0] {
+                let cosine = self.highest(p, &slice, (sign, jitter)).max(-1.0).min(1.0);
+                light += slice.normal_length * slice.arc(cosine.acos() * sign, cosine);
+            }
+            open += slice.normal_length * slice.open();
+        }
+        power((light / open.max(1e-6)).saturate(), self.params.power)
+    }
+}
+
+/// `t` in [0, 1] to the power of `exponent`.
+#[inline(always)]
+pub(crate) fn taper(t: F, exponent: f32) -> F {
+    if exponent == 2.0 { t * t } else { power(t, exponent) }
+}
+
+/// `v` in [0, 1] to the power of `exponent`.
+#[inline(always)]
+pub(crate) fn power(v: F, exponent: f32) -> F {
+    if exponent == 1.0 { v } else { (v.max(1e-20).log2() * exponent).exp2() }
+}

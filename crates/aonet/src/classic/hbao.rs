@@ -1,0 +1,103 @@
+//! HBAO: how far the horizon rises above the tangent plane, direction by direction.
+// Bavoil, Sainz, Dimitrov 2008, Image-Space Horizon-Based Ambient Occlusion: the sine of the horizon's angle minus that
+// of the tangent, with an angle bias and an attenuation 1 - (r/R)². Where ours differs: directions come in opposite
+// pairs (a slice through the viewer), angles are measured from the viewer's plane of every pixel instead of the image
+// plane's, and the noise is 64x64 instead of 4x4.
+
+use super::gtao::{power, taper};
+use super::lanes::F;
+use super::noise::Noise;
+use super::params::params;
+use super::screen::{Pixels, Screen};
+use super::slice::Slice;
+use super::{Denoise, PixelMethod};
+
+params! {
+    /// Parameters of HBAO.
+    HbaoParams {
+        /// Pairs of opposite directions a pixel: less noise.
+        slices: u32 = 3 in 1..=64,
+        /// Taps in each direction: finds thinner occluders.
+        steps: u32 = 6 in 1..=64,
+        /// The radius of the search, as a factor on the AO radius.
+        radius_scale: f32 = 1.0 in 0.1..=4.0,
+        /// Occluders lower than so many degrees above the tangent plane do not count: hides coarse meshes.
+        angle_bias: f32 = 30.0 in 0.0..=60.0,
+        /// How much occluders lose with their squared distance: 1 to nothing at the radius, 0 nothing at all.
+        attenuation: f32 = 1.0 in 0.0..=1.0,
+        /// Exponent of the taps' spacing: above 1, more of them lie near the pixel.
+        distribution: f32 = 1.0 in 1.0..=4.0,
+        /// Factor on the occlusion.
+        strength: f32 = 1.0 in 0.1..=4.0,
+        /// Exponent on the visibility.
+        power: f32 = 1.0 in 0.2..=4.0,
+        /// Passes of the edge-aware 5x5 filter.
+        denoise_passes: u32 = 1 in 0..=4,
+        /// Distance of a neighbour from the pixel's plane at which it stops counting [share of the AO radius].
+        denoise_plane: f32 = 0.05 in 0.001..=2.0,
+        /// Exponent on the cosine between the normals.
+        denoise_normal: f32 = 4.0 in 0.0..=64.0,
+    }
+}
+
+impl HbaoParams {
+    pub(crate) fn denoise(&self) -> Denoise {
+        Denoise { passes: self.denoise_passes, plane: self.denoise_plane, normal: self.denoise_normal }
+    }
+}
+
+/// HBAO of one frame.
+pub(crate) struct Hbao<'a> {
+    screen: &'a Screen<'a>,
+    params: HbaoParams,
+    noise: Noise,
+    /// Of the angle bias.
+    cos_sin_bias: [f32; 2],
+}
+
+impl<'a> Hbao<'a> {
+    pub(crate) fn new(screen: &'a Screen<'a>, params: HbaoParams) -> Self {
+        let (sin, cos) = params.angle_bias.to_radians().sin_cos();
+        Self { screen, params, noise: Noise::new(), cos_sin_bias: [cos, sin] }
+    }
+
+    /// Occlusion on one side of a slice.
+    #[inline(always)]
+    fn occlusion(&self, p: &Pixels, slice: &Slice, (sign, jitter): (f32, F)) -> F {
+        let radius = self.screen.radius * self.params.radius_scale;
+        // The tangent's elevation above the viewer's plane has the sine -sign sin n and the cosine cos n.
+        let [cos_bias, sin_bias] = self.cos_sin_bias;
+        let mut highest = slice.sin_n * (-sign * cos_bias) + slice.cos_n.max(0.0) * sin_bias;
+        let mut occlusion = F::from(0.0);
+        for k in 0..self.params.steps {
+            let share =
+                taper((jitter + k as f32) * (1.0 / self.params.steps as f32), self.params.distribution);
+            let pixels = (share * p.radius_px * self.params.radius_scale).max(1.0 + k as f32);
+            let (px, py) = slice.place(p, pixels * sign);
+            let tap = self.screen.tap(px, py);
+            let at = slice.project(p, &tap);
+            let sine = at.towards / at.distance;
+            let rises = tap.inside & at.distance.le(radius) & highest.lt(sine);
+            let far = at.distance * (1.0 / radius);
+            let weight = 1.0 - far * far * self.params.attenuation;
+            occlusion += rises.select((sine - highest) * weight, 0.0);
+            highest = rises.select(sine, highest);
+        }
+        occlusion
+    }
+}
+
+impl PixelMethod for Hbao<'_> {
+    #[inline(always)]
+    fn visibility(&self, p: &Pixels, (x, y): (usize, usize)) -> F {
+        let [turn, jitter] = self.noise.at(x, y);
+        let inverse = 1.0 / self.params.slices as f32;
+        let mut occlusion = F::from(0.0);
+        for s in 0..self.params.slices {
+            let slice = Slice::new(p, (turn + s as f32) * inverse);
+            let jitter = (jitter + s as f32 * 0.618_034).fract();
+            occlusion += self.occlusion(p, &slice, (1.0, jitter)) + self.occlusion(p, &slice, (-1.0, jitter));
+        }
+        power((1.0 - occlusion * (0.5 * inverse * self.params.strength)).saturate(), self.params.power)
+    }
+}

@@ -1,0 +1,217 @@
+//! Screen-space ambient occlusion by hand: the methods that networks have to beat.
+//!
+//! All take the same frame and the same AO radius as the networks. Each has a plain params struct whose defaults are
+//! those of its source; [`Classic`] names them, sets them by name, and runs them on the calling thread's pool.
+
+#![allow(clippy::needless_range_loop, reason = "loops over the lanes of several arrays become vectors")]
+
+mod denoise;
+pub mod gtao;
+pub mod hbao;
+mod hemisphere;
+mod lanes;
+mod noise;
+pub mod params;
+mod pyramid;
+mod screen;
+mod slice;
+pub mod ssao;
+pub mod ssdo;
+#[cfg(test)]
+mod tests;
+pub mod vbao;
+
+use crate::ao_image::{AoImage, AoParams};
+use crate::error::{Error, Result};
+use crate::gbuffer::GBuffer;
+use crate::net::cpu::{Isa, Kernel, Level, Simd};
+pub(crate) use denoise::Denoise;
+use lanes::{F, LANES};
+use params::Knobs;
+use rayon::prelude::*;
+use screen::{Pixels, Screen};
+use serde::{Deserialize, Serialize};
+
+pub use gtao::GtaoParams;
+pub use hbao::HbaoParams;
+pub use ssao::SsaoParams;
+pub use ssdo::SsdoParams;
+pub use vbao::VbaoParams;
+
+/// A method and its parameters. As JSON: `{"gtao": {"slices": 3, ...}}`.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Classic {
+    /// Screen-space ambient occlusion. Mittring 2007.
+    Ssao(SsaoParams),
+    /// Horizon-based ambient occlusion. Bavoil et al. 2008.
+    Hbao(HbaoParams),
+    /// The occlusion of screen-space directional occlusion. Ritschel et al. 2009.
+    Ssdo(SsdoParams),
+    /// Ground-truth ambient occlusion. Jimenez et al. 2016.
+    Gtao(GtaoParams),
+    /// Visibility bitmask. Therrien et al. 2023.
+    Vbao(VbaoParams),
+}
+
+/// Runs `$body` with `$params` bound to whatever parameters `$method` has.
+macro_rules! each {
+    ($method:expr, $params:ident => $body:expr) => {
+        match $method {
+            Classic::Ssao($params) => $body,
+            Classic::Hbao($params) => $body,
+            Classic::Ssdo($params) => $body,
+            Classic::Gtao($params) => $body,
+            Classic::Vbao($params) => $body,
+        }
+    };
+}
+
+impl Classic {
+    /// Every method with its defaults.
+    pub fn all() -> Vec<Self> {
+        vec![
+            Self::Ssao(SsaoParams::default()),
+            Self::Hbao(HbaoParams::default()),
+            Self::Ssdo(SsdoParams::default()),
+            Self::Gtao(GtaoParams::default()),
+            Self::Vbao(VbaoParams::default()),
+        ]
+    }
+
+    /// The method called so, with its defaults.
+    ///
+    /// # Errors
+    /// When there is none.
+    pub fn named(name: &str) -> Result<Self> {
+        Self::all().into_iter().find(|method| method.name() == name).ok_or_else(|| {
+            let names: Vec<_> = Self::all().iter().map(Self::name).collect();
+            Error::value("method", format!("one of {}", names.join(", ")), name)
+        })
+    }
+
+    /// Its name in files and on the command line.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Ssao(_) => "ssao",
+            Self::Hbao(_) => "hbao",
+            Self::Ssdo(_) => "ssdo",
+            Self::Gtao(_) => "gtao",
+            Self::Vbao(_) => "vbao",
+        }
+    }
+
+    /// Sets a parameter by name.
+    ///
+    /// # Errors
+    /// When there is no such parameter or the value is out of its range.
+    pub fn set(&mut self, name: &str, value: f32) -> Result<()> {
+        each!(self, params => params.set(name, value))
+    }
+
+    /// The method after a check of every parameter.
+    ///
+    /// # Errors
+    /// Names the parameter, its range and what was found.
+    pub fn checked(self) -> Result<Self> {
+        each!(&self, params => params.checked().map(|_| self))
+    }
+
+    /// Its parameters: name, what it does, range and value.
+    pub fn knobs(&self) -> Vec<KnobValue> {
+        fn of<P: Knobs>(params: &P) -> Vec<KnobValue> {
+            let one = |knob: &params::Knob<P>| KnobValue {
+                name: knob.name,
+                doc: knob.doc.trim(),
+                low: knob.low,
+                high: knob.high,
+                whole: knob.whole,
+                value: (knob.get)(params),
+            };
+            P::KNOBS.iter().map(one).collect()
+        }
+        each!(self, params => of(params))
+    }
+
+    /// Taps on the depth buffer for each pixel, the filter's not included.
+    pub fn taps(&self) -> u32 {
+        match self {
+            Self::Ssao(p) => p.samples,
+            Self::Ssdo(p) => p.samples,
+            Self::Hbao(p) => p.slices * p.steps * 2,
+            Self::Gtao(p) => p.slices * p.steps * 2,
+            Self::Vbao(p) => p.slices * p.steps * 2,
+        }
+    }
+
+    /// The visibility of a frame: in [0, 1], 1 on the background. Runs on the current rayon pool.
+    ///
+    /// # Errors
+    /// When a parameter is out of its range; it is named.
+    pub fn run(&self, gbuffer: &GBuffer, params: AoParams) -> Result<AoImage> {
+        let screen = Screen::new(gbuffer, AoParams::new(params.radius)?);
+        let isa = Isa::new(Level::best())?;
+        let visibility = match self.checked()? {
+            Self::Ssao(p) => finish(&screen, &ssao::Ssao::new(&screen, p), p.denoise(), isa),
+            Self::Hbao(p) => finish(&screen, &hbao::Hbao::new(&screen, p), p.denoise(), isa),
+            Self::Ssdo(p) => finish(&screen, &ssdo::Ssdo::new(&screen, p), p.denoise(), isa),
+            Self::Gtao(p) => finish(&screen, &gtao::Gtao::new(&screen, p), p.denoise(), isa),
+            Self::Vbao(p) => finish(&screen, &vbao::Vbao::new(&screen, p), p.denoise(), isa),
+        };
+        AoImage::new(gbuffer.width(), gbuffer.height(), visibility)
+    }
+}
+
+/// A parameter of a method, as [`Classic::knobs`] lists it.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct KnobValue {
+    /// Its name.
+    pub name: &'static str,
+    /// What it does, and its unit.
+    pub doc: &'static str,
+    /// Least value.
+    pub low: f32,
+    /// Largest value.
+    pub high: f32,
+    /// Whether it counts something.
+    pub whole: bool,
+    /// Its value.
+    pub value: f32,
+}
+
+/// What a method does for neighbouring pixels. All it calls must be `#[inline(always)]`.
+trait PixelMethod: Sync {
+    /// Visibility of the pixels from (`x`, `y`) on; what it says of the background does not matter.
+    fn visibility(&self, p: &Pixels, at: (usize, usize)) -> F;
+}
+
+/// All pixels, then the filter, then the background.
+fn finish(screen: &Screen<'_>, method: &impl PixelMethod, by: Denoise, isa: Isa) -> Vec<f32> {
+    let (width, height) = screen.size();
+    let mut visibility = vec![1.0; width * height];
+    visibility.par_chunks_mut(width).enumerate().for_each(|(y, line)| {
+        isa.run(Row { screen, method, y, line });
+    });
+    denoise::denoise(screen, by, &mut visibility, isa);
+    let background = |i: usize| !screen.gbuffer().is_foreground(i);
+    visibility.iter_mut().enumerate().filter(|(i, _)| background(*i)).for_each(|(_, v)| *v = 1.0);
+    visibility
+}
+
+struct Row<'a, M> {
+    screen: &'a Screen<'a>,
+    method: &'a M,
+    y: usize,
+    line: &'a mut [f32],
+}
+
+impl<M: PixelMethod> Kernel for Row<'_, M> {
+    #[inline(always)]
+    fn run<S: Simd>(self, _: S) {
+        for (i, out) in self.line.chunks_mut(LANES).enumerate() {
+            let at = (i * LANES, self.y);
+            let visibility = self.method.visibility(&self.screen.pixels(at.0, at.1), at);
+            out.copy_from_slice(&visibility.0[..out.len()]);
+        }
+    }
+}

@@ -1,0 +1,254 @@
+//! Answers that are known in closed form, and what must not change them.
+
+use super::*;
+use crate::camera::{Camera, Projection};
+use crate::metrics;
+use glam::{Vec3, Vec3A};
+use std::f32::consts::PI;
+
+/// Planes n·p = d in view space; a pixel shows the nearest one in front of it.
+type Planes<'a> = &'a [(Vec3A, f32)];
+
+fn camera(projection: Projection, size: (usize, usize)) -> Camera {
+    Camera::look_at((Vec3::ZERO, -Vec3::Z, Vec3::Y), projection, size, 0.0).unwrap()
+}
+
+const PERSPECTIVE: Projection = Projection::Perspective { fov_y: 1.2 };
+const PARALLEL: Projection = Projection::Orthographic { height: 6.0 };
+
+/// A frame of planes, cast through pixel centres.
+fn frame(projection: Projection, size: (usize, usize), planes: Planes<'_>) -> GBuffer {
+    let camera = camera(projection, size);
+    let (mut depth, mut normal) = (Vec::new(), Vec::new());
+    for i in 0..size.0 * size.1 {
+        let (a, b) = (
+            camera.position_view(i % size.0, i / size.0, 1.0),
+            camera.position_view(i % size.0, i / size.0, 2.0),
+        );
+        // Positions go with depth as a straight line.
+        let hit = planes.iter().filter_map(|(n, d)| {
+            let t = (d - n.dot(2.0 * a - b)) / n.dot(b - a);
+            (t.is_finite() && t > 1e-3).then_some((t, *n))
+        });
+        let nearest = hit.min_by(|a, b| a.0.total_cmp(&b.0));
+        depth.push(nearest.map_or(f32::INFINITY, |(t, _)| t));
+        normal.push(nearest.map_or([0.0; 3], |(_, n)| n.to_array()));
+    }
+    GBuffer::new(camera, depth, normal).unwrap()
+}
+
+fn floor_and_wall() -> [(Vec3A, f32); 2] {
+    [(Vec3A::Y, -1.0), (Vec3A::Z, -4.0)]
+}
+
+/// Without noise, filter and matters of taste.
+fn exact(name: &str) -> Classic {
+    let mut method = Classic::named(name).unwrap();
+    let settings: &[(&str, f32)] = match name {
+        "gtao" => &[
+            ("slices", 32.0),
+            ("steps", 48.0),
+            ("radius_scale", 1.0),
+            ("falloff", 0.0),
+            ("power", 1.0),
+            ("depth_levels", 1.0),
+        ],
+        "vbao" => &[("slices", 32.0), ("steps", 48.0), ("cosine", 1.0), ("thickness", 10.0)],
+        "hbao" => &[("slices", 32.0), ("steps", 48.0), ("angle_bias", 0.0), ("attenuation", 0.0)],
+        _ => &[("samples", 256.0)],
+    };
+    settings.iter().for_each(|(name, value)| method.set(name, *value).unwrap());
+    method.set("denoise_passes", 0.0).unwrap();
+    method
+}
+
+fn at(image: &AoImage, x: usize, y: usize) -> f32 {
+    image.visibility()[y * image.width() + x]
+}
+
+#[test]
+fn a_plane_is_open_whichever_way_it_faces() {
+    for projection in [PERSPECTIVE, PARALLEL] {
+        for normal in [Vec3A::Z, Vec3A::new(0.6, 0.0, 0.8), Vec3A::new(-0.48, 0.6, 0.64)] {
+            // Steps of the depth buffer stay below SSAO's bias.
+            let frame = frame(projection, (240, 135), &[(normal, -3.0)]);
+            for method in Classic::all() {
+                let image = method.run(&frame, AoParams { radius: 1.0 }).unwrap();
+                let least = image.visibility().iter().copied().fold(1.0, f32::min);
+                // Far away on a slope, steps of the depth buffer are higher than SSAO's bias.
+                let bound = if method.name() == "ssao" { 0.9 } else { 0.97 };
+                assert!(least > bound, "{} {projection:?} {normal}: {least}", method.name());
+            }
+        }
+    }
+}
+
+/// The directions from a floor that reach a wall at distance d within the radius R are, seen from above, the segment
+/// x > d/R of the unit disk.
+fn beside_a_wall(c: f32) -> f32 {
+    1.0 - if c < 1.0 { (c.acos() - c * (1.0 - c * c).sqrt()) / PI } else { 0.0 }
+}
+
+#[test]
+fn a_floor_beside_a_wall_has_the_closed_form() {
+    let frame = frame(PERSPECTIVE, (480, 270), &floor_and_wall());
+    for name in ["gtao", "vbao"] {
+        let image = exact(name).run(&frame, AoParams { radius: 1.5 }).unwrap();
+        let mut checked = 0;
+        for y in 160..230 {
+            let p = frame.camera().position_view(240, y, frame.depth()[y * 480 + 240]);
+            // At the wall's foot itself a tap is as wide as the gap.
+            let c = (4.0 + p.z) / 1.5;
+            if p.y < -0.999 && c > 0.05 {
+                let expected = beside_a_wall(c);
+                let found = (230..250).map(|x| at(&image, x, y)).sum::<f32>() / 20.0;
+                // Measured: 0.0085 at most.
+                assert!((found - expected).abs() < 0.012, "{name}, row {y}: {found}, expected {expected}");
+                checked += 1;
+            }
+        }
+        assert!(checked > 40);
+    }
+}
+
+#[test]
+fn a_corner_of_three_walls_darkens_towards_it() {
+    let planes = [(Vec3A::Y, -1.0), (Vec3A::Z, -4.0), (Vec3A::X, -1.0)];
+    let frame = frame(PERSPECTIVE, (320, 180), &planes);
+    for method in Classic::all() {
+        let image = exact(method.name()).run(&frame, AoParams { radius: 1.0 }).unwrap();
+        let place = |p: Vec3| {
+            let px = frame.camera().focal_px() / -p.z;
+            ((160.0 + p.x * px) as usize, (90.0 - p.y * px) as usize)
+        };
+        let on_floor = |d: f32| {
+            let (x, y) = place(Vec3::new(-1.0 + d, -1.0, -4.0 + d));
+            (0..9).map(|i| at(&image, x + i % 3 - 1, y + i / 3 - 1)).sum::<f32>() / 9.0
+        };
+        let (near, mid, far) = (on_floor(0.1), on_floor(0.5), on_floor(1.2));
+        assert!(near + 0.05 < mid && mid < far && far > 0.9, "{}: {near} {mid} {far}", method.name());
+    }
+}
+
+/// z of a smooth height field at (x, y), seen from above at distance 5.
+fn hill(x: f32, y: f32) -> f32 {
+    0.5 * (1.9 * x).sin() * (1.4 * y + 0.5).cos()
+}
+
+fn height_field(size: (usize, usize)) -> GBuffer {
+    let camera = camera(PARALLEL, size);
+    let place = |i: usize| camera.position_view(i % size.0, i / size.0, 1.0);
+    let depth = (0..size.0 * size.1).map(|i| 5.0 - hill(place(i).x, place(i).y)).collect();
+    let normal = (0..size.0 * size.1).map(|i| {
+        let (p, e) = (place(i), 1e-2);
+        let slope = |dx: f32, dy: f32| (hill(p.x + dx, p.y + dy) - hill(p.x - dx, p.y - dy)) / (2.0 * e);
+        Vec3A::new(-slope(e, 0.0), -slope(0.0, e), 1.0).normalize().to_array()
+    });
+    GBuffer::new(camera, depth, normal.collect()).unwrap()
+}
+
+/// Cosine-weighted rays of length `radius`, marched over the function itself.
+fn marched(frame: &GBuffer, i: usize, radius: f32) -> f32 {
+    let p = frame.camera().position_view(i % frame.width(), i / frame.width(), frame.depth()[i]);
+    let n = Vec3A::from(frame.normal()[i]);
+    let (u, v) = n.any_orthonormal_pair();
+    let rays = hemisphere::directions(512, true);
+    let open = rays.iter().filter(|[x, y, z]| {
+        let d = u * *x + v * *y + n * *z;
+        !(1..=64).any(|k| {
+            let q = p + d * (radius * k as f32 / 64.0);
+            hill(q.x, q.y) - 5.0 > q.z + 1e-3
+        })
+    });
+    open.count() as f32 / rays.len() as f32
+}
+
+#[test]
+fn horizons_converge_to_rays_where_nothing_is_hidden() {
+    let frame = height_field((120, 68));
+    let params = AoParams { radius: 1.2 };
+    let truth: Vec<f32> = (0..120 * 68).map(|i| marched(&frame, i, params.radius)).collect();
+    let truth = AoImage::new(120, 68, truth).unwrap();
+    for (name, least) in [("gtao", 35.0), ("vbao", 30.0)] {
+        let image = exact(name).run(&frame, params).unwrap();
+        // The frame ends where the field does not.
+        let inside: Vec<bool> =
+            (0..120 * 68).map(|i| (26..94).contains(&(i % 120)) && (26..42).contains(&(i / 120))).collect();
+        let score = metrics::compare(&truth, &image, Some(&inside)).unwrap().foreground.unwrap();
+        assert!(score.psnr > least, "{name}: {} dB", score.psnr);
+        let coarse = Classic::named(name).unwrap().run(&frame, params).unwrap();
+        let worse = metrics::compare(&truth, &coarse, Some(&inside)).unwrap().foreground.unwrap();
+        assert!(worse.psnr < score.psnr, "{name}: defaults {} dB", worse.psnr);
+    }
+}
+
+#[test]
+fn the_scale_of_the_world_changes_nothing() {
+    let [planes, larger] = [1.0, 64.0].map(|k| floor_and_wall().map(|(n, d)| (n, d * k)));
+    for method in Classic::all() {
+        let [a, b] = [(&planes, 1.0), (&larger, 64.0)]
+            .map(|(p, k)| method.run(&frame(PERSPECTIVE, (100, 60), p), AoParams { radius: k }).unwrap());
+        let worst = a.visibility().iter().zip(b.visibility()).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+        assert!(worst < 2e-3, "{}: {worst}", method.name());
+    }
+}
+
+#[test]
+fn a_mirrored_frame_gives_the_mirrored_image() {
+    let slanted =
+        [(Vec3A::new(0.3, 0.9, 0.316_228).normalize(), -1.0), (Vec3A::new(0.4, 0.0, 0.916_515), -3.0)];
+    let mirrored = slanted.map(|(n, d)| (n * Vec3A::new(-1.0, 1.0, 1.0), d));
+    for method in Classic::all() {
+        let method = exact(method.name());
+        let [a, b] = [slanted, mirrored]
+            .map(|p| method.run(&frame(PERSPECTIVE, (160, 90), &p), AoParams { radius: 1.0 }).unwrap());
+        let flipped: Vec<f32> = (0..160 * 90).map(|i| at(&b, 159 - i % 160, i / 160)).collect();
+        let score = metrics::compare(&a, &AoImage::new(160, 90, flipped).unwrap(), None).unwrap().full;
+        // Noise differs; so much is left of it with that many samples.
+        assert!(score.psnr > 32.0, "{}: {} dB", method.name(), score.psnr);
+    }
+}
+
+#[test]
+fn every_size_works_and_the_background_is_open() {
+    for size in [(1, 1), (17, 3), (33, 18), (5, 40)] {
+        let frame = frame(PERSPECTIVE, size, &[(Vec3A::Y, -1.0)]);
+        for method in Classic::all() {
+            let image = method.run(&frame, AoParams { radius: 2.0 }).unwrap();
+            for (i, v) in image.visibility().iter().enumerate() {
+                assert!(
+                    (0.0..=1.0).contains(v) && (frame.is_foreground(i) || *v == 1.0),
+                    "{} {i}",
+                    method.name()
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn the_number_of_threads_changes_nothing() {
+    let frame = frame(PERSPECTIVE, (100, 60), &floor_and_wall());
+    for method in Classic::all() {
+        let [one, two] = [1, 2].map(|threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| method.run(&frame, AoParams { radius: 1.0 }).unwrap())
+        });
+        assert_eq!(one, two, "{}", method.name());
+    }
+}
+
+#[test]
+fn bad_parameters_are_refused_by_name() {
+    let frame = frame(PERSPECTIVE, (4, 4), &floor_and_wall());
+    let params = AoParams { radius: 1.0 };
+    let message = |method: Classic, params| method.run(&frame, params).unwrap_err().to_string();
+    let none = GtaoParams { slices: 0, ..GtaoParams::default() };
+    assert!(message(Classic::Gtao(none), params).contains("slices"));
+    let thin = VbaoParams { thickness: f32::NAN, ..VbaoParams::default() };
+    assert!(message(Classic::Vbao(thin), params).contains("thickness"));
+    for radius in [0.0, -1.0, f32::NAN] {
+        assert!(message(Classic::named("ssao").unwrap(), AoParams { radius }).contains("radius"));
+    }
+    assert!(Classic::named("gtoa").unwrap_err().to_string().contains("gtao"));
+}

@@ -1,0 +1,77 @@
+//! A G-buffer, its camera and radius, and the AO made from it: what `infer` and `classic` share.
+
+use crate::output;
+use anyhow::{Context, Result};
+use aonet::{AoImage, AoParams};
+use aonet_offline::View;
+use aonet_offline::ao_file::save_ao;
+use aonet_offline::frame::{Frame, FrameHints};
+use serde_json::json;
+use std::path::PathBuf;
+use std::time::Instant;
+
+/// A G-buffer file and what it may not say itself.
+#[derive(Debug, clap::Args)]
+pub(crate) struct FrameArgs {
+    /// G-buffer (EXR).
+    frame: PathBuf,
+    /// AO to write: .exr (32-bit) or .png (16-bit grey), linear.
+    #[arg(short, long)]
+    output: PathBuf,
+    /// AO radius [world units]; otherwise the frame's or the view's.
+    #[arg(long)]
+    radius: Option<f32>,
+    /// Vertical field of view [degrees]; otherwise the frame's or the view's.
+    #[arg(long = "fov-y", value_name = "DEG")]
+    fov_y: Option<f32>,
+    /// Camera and radius (JSON).
+    #[arg(long, value_name = "VIEW.json")]
+    view: Option<PathBuf>,
+    /// Threads [default: all cores].
+    #[arg(long)]
+    pub(crate) threads: Option<usize>,
+    /// Print facts as JSON.
+    #[arg(long)]
+    json: bool,
+}
+
+impl FrameArgs {
+    /// Reads the frame and its radius. `fallback` is the radius of a method that does not look at it.
+    pub(crate) fn load(&self, fallback: Option<AoParams>) -> Result<(Frame, AoParams)> {
+        let view = self.view.as_deref().map(View::load).transpose()?;
+        let given = self.radius.map(AoParams::new).transpose().context("--radius")?;
+        let hints = FrameHints { view, fov_y_deg: self.fov_y, radius: self.radius, ..FrameHints::default() };
+        let frame = Frame::load(&self.frame, &hints)?;
+        let params = match (given, frame.radius, fallback) {
+            (Some(params), _, _) => params,
+            (None, Some(radius), _) => {
+                AoParams::new(radius).with_context(|| self.frame.display().to_string())?
+            }
+            (None, None, Some(params)) => params,
+            (None, None, None) => {
+                anyhow::bail!("{}: no AO radius in the file; give --radius or --view", self.frame.display())
+            }
+        };
+        Ok((frame, params))
+    }
+
+    /// Writes the AO and says how it was made: by `method`, since `start`.
+    pub(crate) fn finish(
+        &self,
+        image: &AoImage,
+        start: Instant,
+        (method, params): (&str, AoParams),
+    ) -> Result<()> {
+        let ms = start.elapsed().as_secs_f64() * 1e3;
+        save_ao(&self.output, image)?;
+        let (width, height, radius) = (image.width(), image.height(), params.radius);
+        if self.json {
+            return output::json(&json!({
+                "ao": self.output, "width": width, "height": height, "radius": radius, "ms": ms,
+                "device": "cpu", "method": method,
+            }));
+        }
+        output::note(&format!("{width}x{height}, radius {radius}, {ms:.1} ms"));
+        output::text(&format!("{}\n", self.output.display()))
+    }
+}
