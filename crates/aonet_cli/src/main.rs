@@ -18,6 +18,7 @@ mod cmd {
     pub(crate) mod render;
     pub(crate) mod trace;
     pub(crate) mod train;
+    pub(crate) mod tune;
 }
 
 use clap::{CommandFactory, Parser, Subcommand};
@@ -46,6 +47,7 @@ enum Command {
     Compare(cmd::compare::Args),
     Dataset(cmd::dataset::Args),
     Train(cmd::train::Args),
+    Tune(cmd::tune::Args),
     Eval(cmd::eval::Args),
     Flicker(cmd::flicker::Args),
     Info(cmd::info::Args),
@@ -92,6 +94,7 @@ fn run(command: Command) -> anyhow::Result<Outcome> {
         Command::Compare(args) => return cmd::compare::run(&args),
         Command::Dataset(args) => cmd::dataset::run(args)?,
         Command::Train(args) => cmd::train::run(args)?,
+        Command::Tune(args) => cmd::tune::run(&args)?,
         Command::Eval(args) => cmd::eval::run(&args)?,
         Command::Flicker(args) => cmd::flicker::run(&args)?,
         Command::Info(args) => cmd::info::run(&args)?,

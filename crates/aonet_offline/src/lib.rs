@@ -22,6 +22,7 @@ pub mod timing;
 pub mod trace;
 #[cfg(feature = "train")]
 pub mod train;
+pub mod tune;
 pub mod view;
 
 pub use error::{Error, Result};

@@ -78,7 +78,8 @@ fn list(method: &Classic) -> Result<()> {
     output::text(&table(&["parameter", "value", "range", "what it does"], &rows, Style::Text))
 }
 
-fn assignment(text: &str) -> Result<(String, f32)> {
+/// A parameter and its value, as `NAME=VALUE`.
+pub(crate) fn assignment(text: &str) -> Result<(String, f32)> {
     let (name, value) = text.split_once('=').context("expected NAME=VALUE")?;
     Ok((name.trim().to_owned(), value.trim().parse().context("expected a number after =")?))
 }

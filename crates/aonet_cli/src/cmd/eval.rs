@@ -1,11 +1,13 @@
-//! `aonet eval`: networks and a constant image against the reference, over a dataset.
+//! `aonet eval`: networks, classic methods and a constant image against the reference, over a dataset.
 
 use crate::output::{self, Style, number, table};
 use crate::setup;
 use anyhow::{Context, Result, bail};
+use aonet::classic::Classic;
 use aonet::net::Model;
 use aonet_offline::atomic_file;
 use aonet_offline::dataset::{Manifest, Split};
+use aonet_offline::eval::phenomena::{self, Breakdown, Phenomenon, RadiusClass};
 use aonet_offline::eval::{Contestant, Method, Row, Table, evaluate, mean_visibility, radius_fits};
 use clap::{Parser, ValueEnum};
 use indicatif::ProgressBar;
@@ -13,10 +15,10 @@ use serde::Serialize;
 use serde_json::json;
 use std::path::PathBuf;
 
-/// Score networks on the frames of a dataset: SSIM, PSNR and time.
+/// Score networks and classic methods on the frames of a dataset: SSIM, PSNR and time.
 ///
-/// The first row is a constant image: the mean visibility of the frames that the first network was trained on. Rows of
-/// networks give the median time of a frame: of the inference alone, in f32, with buffers in memory.
+/// The first row is a constant image: the mean visibility of the frames that the first network was trained on. Times are
+/// the median over the frames, from buffers in memory to AO in memory, in f32.
 #[derive(Debug, Parser)]
 #[command(after_help = "Examples:
   aonet eval data/any --split test
@@ -27,6 +29,9 @@ pub(crate) struct Args {
     /// Network; may be repeated. The shipped one that serves any radius if absent.
     #[arg(long, value_name = "M.safetensors")]
     model: Vec<PathBuf>,
+    /// Classic method: a name, a preset of `aonet tune` (.json), or `all`; may be repeated.
+    #[arg(long, value_name = "METHOD")]
+    classic: Vec<String>,
     /// Which frames.
     #[arg(long, value_enum, default_value = "test")]
     split: SplitName,
@@ -40,6 +45,9 @@ pub(crate) struct Args {
     /// Threads of the networks [default: all cores].
     #[arg(long)]
     threads: Option<usize>,
+    /// Also tell where each method errs: at depth edges, around thin things, at the border, on open surfaces, by radius.
+    #[arg(long)]
+    breakdown: bool,
     /// One table for each scene as well.
     #[arg(long)]
     by_scene: bool,
@@ -99,6 +107,12 @@ pub(crate) fn run(args: &Args) -> Result<()> {
         let name = if fits { name.clone() } else { format!("{name} *") };
         contestants.push(Contestant { name, method: Method::Network { model, threads } });
     }
+    let pool = setup::pool(args.threads)?;
+    let classic = classic(&args.classic)?;
+    contestants.extend(classic.iter().map(|(name, method)| Contestant {
+        name: name.clone(),
+        method: Method::Classic { method, pool: &pool },
+    }));
     let bar = ProgressBar::new(0);
     let progress = |done: usize, total: usize| {
         bar.set_length(total as u64);
@@ -113,6 +127,22 @@ pub(crate) fn run(args: &Args) -> Result<()> {
         atomic_file::write(path, text.as_bytes())?;
     }
     output::text(&text)
+}
+
+/// Methods by name, with their defaults, and by preset.
+fn classic(names: &[String]) -> Result<Vec<(String, Classic)>> {
+    let mut methods = Vec::new();
+    for name in names {
+        if name == "all" {
+            methods.extend(Classic::all().into_iter().map(|m| (m.name().to_owned(), m)));
+        } else if name.ends_with(".json") {
+            let method = setup::preset(name.as_ref())?;
+            methods.push((format!("{}, {}", method.name(), setup::name_of(name.as_ref())), method));
+        } else {
+            methods.push((name.clone(), Classic::named(name)?));
+        }
+    }
+    Ok(methods)
 }
 
 fn constant(args: &Args, model: &Model, manifest: &Manifest) -> Result<f32> {
@@ -158,6 +188,12 @@ fn as_text(args: &Args, table: &Table, c: &Conditions) -> String {
     if table.overall.iter().any(|(name, _)| name.ends_with(" *")) {
         text += "\n* trained for another choice of radius\n";
     }
+    if args.breakdown {
+        text += &format!(
+            "\nRMSE / mean error (above zero: too bright) by place and by radius\n\n{}",
+            breakdown(table, style)
+        );
+    }
     if args.by_scene {
         for (scene, rows) in &table.by_scene {
             text += &format!("\n{}{scene}\n\n{}", if args.markdown { "### " } else { "" }, draw(rows, style));
@@ -188,6 +224,18 @@ fn draw(rows: &[(String, Row)], style: Style) -> String {
     table(&header, &rows.iter().map(cells).collect::<Vec<_>>(), style)
 }
 
+fn breakdown(results: &Table, style: Style) -> String {
+    let mut header = vec!["method"];
+    header.extend(Phenomenon::ALL.iter().map(|p| p.name()));
+    header.extend(RadiusClass::ALL.iter().map(|c| c.name()));
+    let cells = |(name, b): &(String, Breakdown)| {
+        let errors = b.phenomena.iter().chain(&b.radii);
+        let cell = |e: &phenomena::Error| format!("{} / {}", number(e.rmse(), 3), number(e.bias(), 3));
+        std::iter::once(name.clone()).chain(errors.map(cell)).collect()
+    };
+    table(&header, &results.breakdown.iter().map(cells).collect::<Vec<_>>(), style)
+}
+
 fn as_json(args: &Args, table: &Table, conditions: &Conditions) -> Result<String> {
     let rows = |rows: &[(String, Row)]| -> Vec<_> {
         rows.iter().map(|(name, row)| json!({ "method": name, "scores": row })).collect()
@@ -196,6 +244,7 @@ fn as_json(args: &Args, table: &Table, conditions: &Conditions) -> Result<String
         table.by_scene.iter().map(|(s, r)| (s.clone(), json!(rows(r)))).collect();
     let document = json!({
         "dataset": args.dataset, "conditions": conditions, "overall": rows(&table.overall), "by_scene": scenes,
+        "breakdown": table.breakdown.iter().map(|(n, b)| json!({ "method": n, "errors": b })).collect::<Vec<_>>(),
     });
     Ok(format!("{}\n", serde_json::to_string_pretty(&document)?))
 }

@@ -1,13 +1,18 @@
 //! Methods against the reference on the frames of a dataset: one table.
 
+pub mod phenomena;
+
 use crate::dataset::{FrameEntry, Manifest, Split};
 use crate::error::{Error, Result};
 use crate::frame::{Frame, FrameHints};
 use crate::timing;
+use aonet::classic::Classic;
 use aonet::metrics::{self, Comparison, Scores};
 use aonet::net::Model;
 use aonet::net::cpu::Session;
 use aonet::{AoImage, AoParams, GBuffer};
+use phenomena::{Breakdown, RadiusClass};
+use rayon::ThreadPool;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::time::Instant;
@@ -26,6 +31,13 @@ pub enum Method<'a> {
         model: &'a Model,
         /// Threads to run it with, > 0.
         threads: usize,
+    },
+    /// A method without a network, on the CPU.
+    Classic {
+        /// The method and its parameters.
+        method: &'a Classic,
+        /// Threads to run it with.
+        pool: &'a ThreadPool,
     },
 }
 
@@ -69,6 +81,8 @@ pub struct Table {
     pub overall: Vec<(String, Row)>,
     /// The same for each scene.
     pub by_scene: BTreeMap<String, Vec<(String, Row)>>,
+    /// Where each method errs, in the order given.
+    pub breakdown: Vec<(String, Breakdown)>,
 }
 
 struct Measured {
@@ -92,19 +106,30 @@ pub fn evaluate(
         return Err(Error::file(manifest.dir(), format!("frames of the split `{}`", split.name()), "none"));
     }
     let mut runners: Vec<Runner> = contestants.iter().map(|c| Runner::new(c.method)).collect();
+    let mut breakdown = vec![Breakdown::default(); contestants.len()];
     let mut measured: Vec<Vec<Measured>> = contestants.iter().map(|_| Vec::new()).collect();
     for (done, entry) in entries.iter().enumerate() {
         let (gbuffer, params, reference) = read(manifest, entry)?;
         let foreground: Vec<bool> = (0..gbuffer.depth().len()).map(|i| gbuffer.is_foreground(i)).collect();
-        for (runner, results) in runners.iter_mut().zip(&mut measured) {
+        let masks = phenomena::masks(&gbuffer, params, &reference);
+        let radius = RadiusClass::of(&gbuffer, params);
+        let results = measured.iter_mut().zip(&mut breakdown);
+        for (runner, (results, breakdown)) in runners.iter_mut().zip(results) {
             let (image, ms) = runner.run(&gbuffer, params)?;
+            for (error, mask) in breakdown.phenomena.iter_mut().zip(&masks) {
+                error.add(&reference, &image, mask);
+            }
+            if let Some(class) = radius {
+                breakdown.radii[class as usize].add(&reference, &image, &foreground);
+            }
             let comparison = metrics::compare(&reference, &image, Some(&foreground))
                 .map_err(Error::in_file(&manifest.path(entry)))?;
             results.push(Measured { scene: entry.scene.clone(), comparison, ms });
         }
         progress(done + 1, entries.len());
     }
-    Ok(table(contestants, &measured))
+    let names = contestants.iter().map(|c| c.name.clone());
+    Ok(Table { breakdown: names.zip(breakdown).collect(), ..table(contestants, &measured) })
 }
 
 /// AO of a frame by a method, and the time it took [ms]; the background is 1.
@@ -134,6 +159,11 @@ impl<'a> Runner<'a> {
                 let pixels = image.visibility_mut().iter_mut().enumerate();
                 pixels.filter(|(i, _)| gbuffer.is_foreground(*i)).for_each(|(_, v)| *v = value);
                 Ok((image, None))
+            }
+            Method::Classic { method, pool } => {
+                let start = Instant::now();
+                let image = pool.install(|| method.run(gbuffer, params))?;
+                Ok((image, Some(start.elapsed().as_secs_f64() * 1e3)))
             }
             Method::Network { model, threads } => {
                 let session = match &mut self.session {
@@ -202,7 +232,7 @@ fn table(contestants: &[Contestant<'_>], measured: &[Vec<Measured>]) -> Table {
     };
     let scenes: std::collections::BTreeSet<_> = measured.iter().flatten().map(|m| m.scene.clone()).collect();
     let by_scene = scenes.into_iter().map(|scene| (scene.clone(), rows(&|m| m.scene == scene)));
-    Table { overall: rows(&|_| true), by_scene: by_scene.collect() }
+    Table { overall: rows(&|_| true), by_scene: by_scene.collect(), breakdown: Vec::new() }
 }
 
 fn row(results: &[&Measured]) -> Row {
