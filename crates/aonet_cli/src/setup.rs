@@ -13,6 +13,7 @@ use aonet_offline::scene::MissingNormals;
 use aonet_offline::scene::ground::add_ground;
 use aonet_offline::scene::procedural;
 use aonet_offline::scene::source::SceneSource;
+use aonet_offline::timing;
 use aonet_offline::trace::Tracer;
 use aonet_offline::{Error, View};
 use std::path::{Path, PathBuf};
@@ -171,7 +172,7 @@ pub(crate) fn threads(requested: Option<usize>) -> usize {
 
 /// Threads for the methods that run on the current pool.
 pub(crate) fn pool(requested: Option<usize>) -> Result<rayon::ThreadPool> {
-    rayon::ThreadPoolBuilder::new().num_threads(threads(requested)).build().context("threads")
+    Ok(timing::pool(threads(requested))?)
 }
 
 /// A method with parameters from a file.

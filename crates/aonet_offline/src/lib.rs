@@ -10,6 +10,7 @@ mod exr_file;
 pub mod flicker;
 pub mod frame;
 pub mod gbuffer;
+pub mod nnao;
 pub mod paper;
 pub mod picture;
 pub mod plot;

@@ -1,10 +1,12 @@
 //! How long a network takes on this machine: features, network and clamping of a frame whose buffers are in memory.
 
-use crate::Result;
+use crate::{Error, Result};
+use aonet::classic::Classic;
 use aonet::net::Model;
 use aonet::net::cpu::Session;
 use aonet::{AoImage, AoParams, Camera, GBuffer, Projection};
 use glam::Vec3;
+use rayon::ThreadPool;
 use std::time::Instant;
 
 /// Run-time of a network at one size.
@@ -36,6 +38,33 @@ pub fn time(model: &Model, size: (usize, usize), threads: usize, runs: usize) ->
     }
     let min_ms = times_ms.iter().copied().fold(f64::INFINITY, f64::min);
     Ok(Times { median_ms: median(&mut times_ms), min_ms, session_bytes: session.memory_bytes() })
+}
+
+/// Times a classic method as [`time`] does a network; memory is not counted.
+///
+/// # Errors
+/// When a side or a parameter is out of range.
+pub fn time_classic(method: &Classic, size: (usize, usize), pool: &ThreadPool, runs: usize) -> Result<Times> {
+    let gbuffer = bump(size.0, size.1)?;
+    let params = AoParams { radius: 0.5 };
+    pool.install(|| method.run(&gbuffer, params))?;
+    let mut times_ms = Vec::with_capacity(runs);
+    for _ in 0..runs.max(1) {
+        let start = Instant::now();
+        pool.install(|| method.run(&gbuffer, params))?;
+        times_ms.push(start.elapsed().as_secs_f64() * 1e3);
+    }
+    let min_ms = times_ms.iter().copied().fold(f64::INFINITY, f64::min);
+    Ok(Times { median_ms: median(&mut times_ms), min_ms, session_bytes: 0 })
+}
+
+/// Threads for classic methods.
+///
+/// # Errors
+/// When they cannot be started.
+pub fn pool(threads: usize) -> Result<ThreadPool> {
+    let built = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+    built.map_err(|e| Error::request("threads", "threads that can be started", e))
 }
 
 /// Median time [ms] of every step of the session's plan, measured as [`time`] does.

@@ -44,7 +44,7 @@ pub fn tune(
     manifest: &Manifest,
     method: Classic,
     search: Search,
-    progress: &dyn Fn(usize, f64),
+    progress: &(dyn Fn(usize, f64) + Sync),
 ) -> Result<Tuned> {
     let frames = load(manifest, search.frames)?;
     let mut random = Random(search.seed);
@@ -168,16 +168,21 @@ impl Scale {
 }
 
 /// SplitMix64 (Steele et al. 2014).
-struct Random(u64);
+pub(crate) struct Random(pub(crate) u64);
 
 impl Random {
     /// In [0, 1).
-    fn unit(&mut self) -> f64 {
+    pub(crate) fn unit(&mut self) -> f64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let mut z = self.0;
         z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
         z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
         ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
+    }
+
+    /// In 0..`count`.
+    pub(crate) fn below(&mut self, count: usize) -> usize {
+        ((self.unit() * count as f64) as usize).min(count - 1)
     }
 }
 

@@ -10,8 +10,11 @@ pub mod gtao;
 pub mod hbao;
 mod hemisphere;
 mod lanes;
+pub mod nnao;
+pub mod nnao_weights;
 mod noise;
 pub mod params;
+mod presets;
 mod pyramid;
 mod screen;
 mod slice;
@@ -27,6 +30,7 @@ use crate::gbuffer::GBuffer;
 use crate::net::cpu::{Isa, Kernel, Level, Simd};
 pub(crate) use denoise::Denoise;
 use lanes::{F, LANES};
+use nnao_weights::NnaoWeights;
 use params::Knobs;
 use rayon::prelude::*;
 use screen::{Pixels, Screen};
@@ -34,9 +38,13 @@ use serde::{Deserialize, Serialize};
 
 pub use gtao::GtaoParams;
 pub use hbao::HbaoParams;
+pub use nnao::NnaoParams;
 pub use ssao::SsaoParams;
 pub use ssdo::SsdoParams;
 pub use vbao::VbaoParams;
+
+/// Weights of NNAO that come with the crate, as bytes for [`NnaoWeights::from_bytes`].
+pub const NNAO_WEIGHTS: &[u8] = include_bytes!("../../weights/nnao.safetensors");
 
 /// A method and its parameters. As JSON: `{"gtao": {"slices": 3, ...}}`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -48,6 +56,8 @@ pub enum Classic {
     Hbao(HbaoParams),
     /// The occlusion of screen-space directional occlusion. Ritschel et al. 2009.
     Ssdo(SsdoParams),
+    /// Neural network ambient occlusion: a small network for every pixel. Holden et al. 2016.
+    Nnao(NnaoParams),
     /// Ground-truth ambient occlusion. Jimenez et al. 2016.
     Gtao(GtaoParams),
     /// Visibility bitmask. Therrien et al. 2023.
@@ -61,6 +71,7 @@ macro_rules! each {
             Classic::Ssao($params) => $body,
             Classic::Hbao($params) => $body,
             Classic::Ssdo($params) => $body,
+            Classic::Nnao($params) => $body,
             Classic::Gtao($params) => $body,
             Classic::Vbao($params) => $body,
         }
@@ -74,20 +85,48 @@ impl Classic {
             Self::Ssao(SsaoParams::default()),
             Self::Hbao(HbaoParams::default()),
             Self::Ssdo(SsdoParams::default()),
+            Self::Nnao(NnaoParams::default()),
             Self::Gtao(GtaoParams::default()),
             Self::Vbao(VbaoParams::default()),
         ]
     }
 
-    /// The method called so, with its defaults.
+    /// The method called so with its defaults; `gtao:tuned` with parameters that were found on training frames, and
+    /// `gtao:low` to `gtao:ultra` (also of vbao) with another number of slices and steps.
     ///
     /// # Errors
     /// When there is none.
     pub fn named(name: &str) -> Result<Self> {
-        Self::all().into_iter().find(|method| method.name() == name).ok_or_else(|| {
+        let (method, preset) = name.split_once(':').map_or((name, None), |(m, p)| (m, Some(p)));
+        let mut found = Self::all().into_iter().find(|m| m.name() == method).ok_or_else(|| {
             let names: Vec<_> = Self::all().iter().map(Self::name).collect();
             Error::value("method", format!("one of {}", names.join(", ")), name)
-        })
+        })?;
+        match preset {
+            None => Ok(found),
+            Some(preset) => found.choose(preset).then_some(found).ok_or_else(|| {
+                Error::value("preset", "tuned; of gtao and vbao also low, medium, high or ultra", name)
+            }),
+        }
+    }
+
+    /// Takes a preset's parameters; false where the method has no such preset.
+    fn choose(&mut self, preset: &str) -> bool {
+        if preset == "tuned" {
+            let tuned = presets::TUNED.iter().find(|(name, _)| *name == self.name());
+            return tuned.is_some_and(|(_, json)| {
+                *self = presets::method(json);
+                true
+            });
+        }
+        let quality = |all: &[(&str, u32, u32)]| {
+            all.iter().find(|(name, ..)| *name == preset).map(|(_, s, k)| (*s, *k))
+        };
+        match self {
+            Self::Gtao(p) => quality(&GtaoParams::QUALITY).map(|cost| (p.slices, p.steps) = cost).is_some(),
+            Self::Vbao(p) => quality(&VbaoParams::QUALITY).map(|cost| (p.slices, p.steps) = cost).is_some(),
+            Self::Ssao(_) | Self::Hbao(_) | Self::Ssdo(_) | Self::Nnao(_) => false,
+        }
     }
 
     /// Its name in files and on the command line.
@@ -96,6 +135,7 @@ impl Classic {
             Self::Ssao(_) => "ssao",
             Self::Hbao(_) => "hbao",
             Self::Ssdo(_) => "ssdo",
+            Self::Nnao(_) => "nnao",
             Self::Gtao(_) => "gtao",
             Self::Vbao(_) => "vbao",
         }
@@ -138,6 +178,7 @@ impl Classic {
         match self {
             Self::Ssao(p) => p.samples,
             Self::Ssdo(p) => p.samples,
+            Self::Nnao(p) => p.samples,
             Self::Hbao(p) => p.slices * p.steps * 2,
             Self::Gtao(p) => p.slices * p.steps * 2,
             Self::Vbao(p) => p.slices * p.steps * 2,
@@ -155,6 +196,10 @@ impl Classic {
             Self::Ssao(p) => finish(&screen, &ssao::Ssao::new(&screen, p), p.denoise(), isa),
             Self::Hbao(p) => finish(&screen, &hbao::Hbao::new(&screen, p), p.denoise(), isa),
             Self::Ssdo(p) => finish(&screen, &ssdo::Ssdo::new(&screen, p), p.denoise(), isa),
+            Self::Nnao(p) => {
+                let weights = NnaoWeights::from_bytes(NNAO_WEIGHTS)?;
+                finish(&screen, &nnao::Nnao::new(&screen, p, &weights), p.denoise(), isa)
+            }
             Self::Gtao(p) => finish(&screen, &gtao::Gtao::new(&screen, p), p.denoise(), isa),
             Self::Vbao(p) => finish(&screen, &vbao::Vbao::new(&screen, p), p.denoise(), isa),
         };

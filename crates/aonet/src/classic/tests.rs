@@ -55,6 +55,7 @@ fn exact(name: &str) -> Classic {
         ],
         "vbao" => &[("slices", 32.0), ("steps", 48.0), ("cosine", 1.0), ("thickness", 10.0)],
         "hbao" => &[("slices", 32.0), ("steps", 48.0), ("angle_bias", 0.0), ("attenuation", 0.0)],
+        "nnao" => &[],
         _ => &[("samples", 256.0)],
     };
     settings.iter().for_each(|(name, value)| method.set(name, *value).unwrap());

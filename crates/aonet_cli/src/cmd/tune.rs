@@ -4,9 +4,11 @@ use crate::output::{self, Style, number, table};
 use crate::setup;
 use anyhow::{Context, Result};
 use aonet::classic::Classic;
+use aonet_offline::atomic_file;
 use aonet_offline::dataset::{Manifest, Split};
 use aonet_offline::eval::phenomena::RadiusClass;
 use aonet_offline::eval::{Contestant, Method, Table, evaluate};
+use aonet_offline::nnao::{self, Training};
 use aonet_offline::preset::Preset;
 use aonet_offline::tune::{Search, tune};
 use clap::Parser;
@@ -17,11 +19,12 @@ use std::path::PathBuf;
 /// Search for a classic method's parameters on the training frames of a dataset, and store them as a preset.
 ///
 /// The loss is that of the networks: 0.94 DSSIM + 0.5 L1. What sets the cost (slices, steps, samples, pyramid) stays as
-/// it is. Afterwards the method is scored with and without its new parameters on validation frames, by radius.
+/// it is. NNAO gets weights instead, trained on pixels of the frames. Afterwards the method is scored with and without its new parameters on validation frames, by radius.
 #[derive(Debug, Parser)]
 #[command(after_help = "Examples:
   aonet tune gtao --on data/any -o assets/presets/gtao.json
-  aonet tune vbao --on data/any --set cosine=1 --trials 200 -o vbao.json")]
+  aonet tune vbao --on data/any --set cosine=1 --trials 200 -o vbao.json
+  aonet tune nnao --on data/any --frames 400 -o nnao.safetensors")]
 pub(crate) struct Args {
     /// Method.
     method: String,
@@ -40,6 +43,9 @@ pub(crate) struct Args {
     /// Parameter sets tried.
     #[arg(long, default_value_t = 150)]
     trials: usize,
+    /// Steps of training, for nnao.
+    #[arg(long, default_value_t = 6000)]
+    steps: usize,
     /// Equal seeds try equal parameters.
     #[arg(long, default_value_t = 1)]
     seed: u64,
@@ -54,6 +60,9 @@ pub(crate) struct Args {
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<()> {
     let manifest = Manifest::load(&args.on)?;
+    if args.method == "nnao" {
+        return train_nnao(args, &manifest);
+    }
     let mut method = Classic::named(&args.method)?;
     for (name, value) in &args.set {
         method.set(name, *value).with_context(|| format!("--set {name}={value}"))?;
@@ -78,6 +87,27 @@ pub(crate) fn run(args: &Args) -> Result<()> {
         .save(&args.output)?;
     let validation = validate(&manifest, [&method, &tuned.method], &pool)?;
     report(args, (&method, &tuned), validation.as_ref())
+}
+
+/// NNAO's parameters are weights.
+fn train_nnao(args: &Args, manifest: &Manifest) -> Result<()> {
+    anyhow::ensure!(args.set.is_empty(), "nnao is trained as it is: expected no --set");
+    let style = ProgressStyle::with_template("training {wide_bar} {pos} of {len} {prefix} {eta} left")?;
+    let bar = ProgressBar::new(args.steps as u64).with_style(style);
+    let progress = |step: usize, error: f64| {
+        bar.set_position(step as u64);
+        bar.set_prefix(format!("mean squared error {error:.4}"));
+    };
+    let training = Training { frames: args.frames, steps: args.steps, batch: 2048, seed: args.seed };
+    let (weights, error) =
+        setup::pool(args.threads)?.install(|| nnao::train(manifest, training, &progress))?;
+    bar.finish_and_clear();
+    atomic_file::write(&args.output, &weights.to_bytes()?)?;
+    if args.json {
+        return output::json(&json!({ "weights": args.output, "mse": error }));
+    }
+    output::note(&format!("mean squared error {error:.5} on training pixels"));
+    output::text(&format!("{}\n", args.output.display()))
 }
 
 /// Scores on validation frames: of scenes never seen where the dataset has some, else of seen ones.

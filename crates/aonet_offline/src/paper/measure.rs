@@ -6,8 +6,10 @@ use crate::dataset::Split;
 use crate::error::Result;
 use crate::eval::{self, Contestant, Method, Row};
 use crate::timing;
+use aonet::classic::Classic;
 use aonet::net::Model;
 use aonet::net::model::Precision;
+use rayon::ThreadPool;
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -25,7 +27,7 @@ pub struct Needs {
     pub constant: bool,
 }
 
-/// What is known of a row that has a network.
+/// What is known of a row that has a network or a classic method.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct Measured {
     /// Means over the test frames, one a seed; empty if they were not asked for.
@@ -34,10 +36,10 @@ pub struct Measured {
     pub ms: BTreeMap<String, f64>,
     /// Shortest run-time [ms] by `WIDTHxHEIGHT`: what a busy machine disturbs least.
     pub min_ms: BTreeMap<String, f64>,
-    /// Scalar parameters.
-    pub parameters: usize,
-    /// Multiply-accumulates a pixel.
-    pub macs_per_pixel: f64,
+    /// Scalar parameters of a network.
+    pub parameters: Option<usize>,
+    /// Multiply-accumulates a pixel of a network.
+    pub macs_per_pixel: Option<f64>,
     /// Size of the model as a file of half floats [bytes], where the weights fit them.
     pub f16_bytes: Option<usize>,
     /// Optimiser steps that the model tells of.
@@ -87,7 +89,7 @@ impl Measured {
 /// All that was measured.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct Measurements {
-    /// By row; rows without a network are absent.
+    /// By row; rows that are not trained are absent.
     pub rows: BTreeMap<String, Measured>,
     /// The constant image's value and its scores.
     pub constant: Option<(f32, Row)>,
@@ -121,25 +123,32 @@ pub fn measure(
     for key in all {
         if let Some(trained) = subject.models.seeds(key).first() {
             found.rows.insert(key.to_owned(), facts(trained, subject));
+        } else if rows::classic(key).is_some() {
+            found.rows.insert(key.to_owned(), Measured { radius_fits: true, ..Measured::default() });
         }
     }
+    let pool = timing::pool(subject.threads)?;
     for (done, (key, size)) in needs.times.iter().enumerate() {
-        if let (Some(model), Some(row)) = (subject.models.first(key), found.rows.get_mut(key)) {
-            let times = timing::time(model, *size, subject.threads, subject.runs)?;
+        let times = match (subject.models.first(key), rows::classic(key)) {
+            (Some(model), _) => Some(timing::time(model, *size, subject.threads, subject.runs)?),
+            (None, Some(method)) => Some(timing::time_classic(&method, *size, &pool, subject.runs)?),
+            (None, None) => None,
+        };
+        if let (Some(times), Some(row)) = (times, found.rows.get_mut(key)) {
             row.ms.insert(size_name(*size), times.median_ms);
             row.min_ms.insert(size_name(*size), times.min_ms);
         }
         progress("timing", done + 1, needs.times.len());
     }
-    score(needs, subject, &mut found, progress)?;
+    score((needs, subject), &pool, &mut found, progress)?;
     Ok(found)
 }
 
 fn facts(trained: &Trained, subject: &Subject<'_>) -> Measured {
     let model = &trained.model;
     Measured {
-        parameters: model.graph().params_count(),
-        macs_per_pixel: model.graph().macs_per_pixel(),
+        parameters: Some(model.graph().params_count()),
+        macs_per_pixel: Some(model.graph().macs_per_pixel()),
         f16_bytes: model.to_bytes(Precision::F16).ok().map(|bytes| bytes.len()),
         steps: model.facts().steps,
         crops: Some(model.facts().crops).filter(|crops| *crops > 0),
@@ -148,20 +157,31 @@ fn facts(trained: &Trained, subject: &Subject<'_>) -> Measured {
     }
 }
 
+/// What is scored for a row.
+enum Job<'a> {
+    Network(&'a Model),
+    Classic(Classic),
+}
+
 /// Networks one after the other, so that only one has its memory at a time.
 fn score(
-    needs: &Needs,
-    subject: &Subject<'_>,
+    (needs, subject): (&Needs, &Subject<'_>),
+    pool: &ThreadPool,
     found: &mut Measurements,
     progress: &dyn Fn(&str, usize, usize),
 ) -> Result<()> {
     let Some(manifest) = subject.manifest else { return Ok(()) };
     let frames = manifest.frames(Split::Test).count();
-    let jobs: Vec<(&str, &Model)> = needs
-        .scores
-        .iter()
-        .flat_map(|key| subject.models.seeds(key).iter().map(|t| (&**key, &t.model)))
-        .collect();
+    let jobs_of = |key: &String| -> Vec<Job<'_>> {
+        let networks: Vec<_> = subject.models.seeds(key).iter().map(|t| Job::Network(&t.model)).collect();
+        if networks.is_empty() {
+            rows::classic(key).map(Job::Classic).into_iter().collect()
+        } else {
+            networks
+        }
+    };
+    let jobs: Vec<(&str, Job<'_>)> =
+        needs.scores.iter().flat_map(|key| jobs_of(key).into_iter().map(|job| (&**key, job))).collect();
     let total = frames * (jobs.len() + usize::from(needs.constant));
     let run = |method, nth: usize| -> Result<Row> {
         let contestant = Contestant { name: String::new(), method };
@@ -169,8 +189,12 @@ fn score(
         let table = eval::evaluate(manifest, Split::Test, &[contestant], &progress)?;
         Ok(table.overall[0].1)
     };
-    for (nth, (key, model)) in jobs.iter().enumerate() {
-        let scores = run(Method::Network { model, threads: subject.threads }, nth)?;
+    for (nth, (key, job)) in jobs.iter().enumerate() {
+        let method = match job {
+            Job::Network(model) => Method::Network { model, threads: subject.threads },
+            Job::Classic(method) => Method::Classic { method, pool },
+        };
+        let scores = run(method, nth)?;
         found.rows.entry((*key).to_owned()).or_default().scores.push(scores);
     }
     if needs.constant {

@@ -1,6 +1,7 @@
 //! The rows of the paper's tables: their model files, what we call them, and what the paper says of them.
 
 use crate::{Error, Result};
+use aonet::classic::Classic;
 use aonet::net::{KernelWeights, Model, ModelConfig};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -39,19 +40,36 @@ const fn ours(key: &'static str, label: &'static str) -> Row {
 /// The paper's network: a row of Tables 1 to 3, and the last one of Table 4.
 pub const AO_NET: &str = "ao_net";
 
-/// The row of Table 1 that has no network: GTAO.
+/// GTAO with the parameters of its source, and with ours.
 pub const GTAO: &str = "gtao";
+/// The same with parameters tuned on training frames.
+pub const GTAO_TUNED: &str = "gtao:tuned";
 
 // AO-Net Table 1, columns "our dataset" and run-time.
 const DEEP_AO: Row = row("deep_ao", "DeepAO", [0.9470, 24.40, 3.98]);
 const DEEP_SHADING: Row = row("deep_shading", "Deep Shading", [0.9597, 25.71, 6.09]);
-const GTAO_ROW: Row =
-    Row { key: GTAO, label: "GTAO", paper: PaperNumbers { ssim: Some(0.9767), psnr: Some(26.10), ms: None } };
+const GTAO_ROW: Row = Row {
+    key: GTAO,
+    label: "GTAO, XeGTAO's High",
+    paper: PaperNumbers { ssim: Some(0.9767), psnr: Some(26.10), ms: None },
+};
 const AO_NET_ROW: Row = row(AO_NET, "AO-Net (paper's network)", [0.9802, 32.59, 3.92]);
 const OURS: Row = ours("ours", "ours");
 
 /// AO-Net Table 1: against other methods.
-pub const TABLE_1: [Row; 5] = [DEEP_AO, DEEP_SHADING, GTAO_ROW, AO_NET_ROW, OURS];
+pub const TABLE_1: [Row; 11] = [
+    ours("ssao:tuned", "SSAO, tuned"),
+    ours("hbao:tuned", "HBAO, tuned"),
+    ours("ssdo:tuned", "SSDO's occlusion, tuned"),
+    ours("nnao", "NNAO"),
+    ours("vbao:tuned", "visibility bitmask, tuned"),
+    GTAO_ROW,
+    ours(GTAO_TUNED, "GTAO, tuned"),
+    DEEP_AO,
+    DEEP_SHADING,
+    AO_NET_ROW,
+    OURS,
+];
 
 /// AO-Net Table 2: run-time at three sizes.
 pub const TABLE_2: [Row; 4] = [DEEP_AO, DEEP_SHADING, AO_NET_ROW, OURS];
@@ -100,6 +118,11 @@ pub fn short_label(key: &str) -> String {
     let all = [&TABLE_1[..], &TABLE_3, &TABLE_4, &ABLATIONS].concat();
     let label = all.iter().find(|r| r.key == key).map_or(key, |r| r.label);
     label.split(" (").next().unwrap_or(label).to_owned()
+}
+
+/// The classic method of a row, if it is one: named as on the command line.
+pub fn classic(key: &str) -> Option<Classic> {
+    Classic::named(key).ok()
 }
 
 /// The configuration of a row of Table 4, for measuring its run-time before anything is trained.

@@ -2,7 +2,7 @@
 
 use super::claims;
 use super::measure::{Measured, Measurements, Needs, OverSeeds, Size, size_name};
-use super::rows::{self, AO_NET, GTAO, HD, SIZES};
+use super::rows::{self, AO_NET, HD, SIZES};
 use super::{Content, Item, Section, Subject};
 use crate::eval;
 use crate::table::number;
@@ -96,7 +96,7 @@ fn scored(lines: &[Line], m: &Measurements) -> (Vec<String>, Vec<Vec<String>>) {
                     .map(|(v, d)| over_seeds(v, d))
                     .to_vec()
             }
-            None => absent(line, SCORES.len()),
+            None => absent(SCORES.len()),
         };
         let ms = measured.and_then(|row| row.ms_at(HD));
         let paper = [number(line.paper.ssim, 4), number(line.paper.psnr, 2), number(line.paper.ms, 2)];
@@ -131,7 +131,7 @@ fn timed(lines: &[Line], m: &Measurements) -> (Vec<String>, Vec<Vec<String>>) {
         let measured = m.row(&line.key);
         let times = match measured {
             Some(row) => SIZES.map(|size| number(row.ms_at(size), 1)).to_vec(),
-            None => absent(line, SIZES.len()),
+            None => absent(SIZES.len()),
         };
         let paper = [0, 1, 2].map(|i| number(paper.map(|p| p[i]), 2));
         // Radii have no part in run-times: no mark.
@@ -146,10 +146,9 @@ fn name(line: &Line, measured: Option<&Measured>) -> String {
 }
 
 /// Cells of a row without a network.
-fn absent(line: &Line, count: usize) -> Vec<String> {
-    let why = if line.key == GTAO { "not available" } else { "not trained" };
+fn absent(count: usize) -> Vec<String> {
     let mut cells = vec!["-".to_owned(); count];
-    cells[0] = why.into();
+    cells[0] = "not trained".into();
     cells
 }
 
@@ -157,7 +156,7 @@ fn size_cells(measured: Option<&Measured>) -> Vec<String> {
     let Some(row) = measured else { return vec!["-".into(); SIZE_COLUMNS.len()] };
     let told = |count: u64| if count > 0 { count.to_string() } else { "-".into() };
     vec![
-        row.parameters.to_string(),
+        row.parameters.map_or_else(|| "-".into(), |count| count.to_string()),
         number(row.macs_per_pixel, 0),
         number(row.f16_bytes.map(|bytes| bytes as f64 / 1e6), 2),
         told(row.steps),

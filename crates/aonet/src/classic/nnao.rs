@@ -1,0 +1,178 @@
+//! NNAO: a tiny network for every pixel, whose first layer is a filter sampled on a spiral.
+// Holden, Saito, Komura 2016, Neural Network Ambient Occlusion, and the shader published with it. Where ours differs: the
+// spiral has one of 64 rotations instead of any, the filter is trained at the taps that it is used at, without dropout,
+// and outside of the frame a tap is skipped. The weights are our own.
+
+use super::gtao::power;
+use super::lanes::{F, LANES};
+use super::nnao_weights::{HIDDEN, INPUTS, NnaoWeights};
+use super::noise::Noise;
+use super::params::params;
+use super::screen::{Pixels, Screen};
+use super::{Denoise, PixelMethod};
+use std::f32::consts::TAU;
+
+params! {
+    /// Parameters of NNAO.
+    NnaoParams {
+        /// Taps of the spiral. The published shader knows 8, 16 and 32; the weights were trained with 16.
+        samples: u32 = 16 in 4..=64,
+        /// Turns of the spiral.
+        turns: f32 = 2.5 in 0.5..=20.0,
+        /// Exponent on the visibility.
+        power: f32 = 1.0 in 0.2..=4.0,
+        /// Passes of the edge-aware 5x5 filter.
+        denoise_passes: u32 = 1 in 0..=4,
+        /// Distance of a neighbour from the pixel's plane at which it stops counting [share of the AO radius].
+        denoise_plane: f32 = 0.05 in 0.001..=2.0,
+        /// Exponent on the cosine between the normals.
+        denoise_normal: f32 = 4.0 in 0.0..=64.0,
+    }
+}
+
+impl NnaoParams {
+    pub(crate) fn denoise(&self) -> Denoise {
+        Denoise { passes: self.denoise_passes, plane: self.denoise_plane, normal: self.denoise_normal }
+    }
+}
+
+/// Rotations of the spiral.
+const ROTATIONS: usize = 64;
+
+/// Place of tap `i` of the spiral in the unit disk, y up.
+pub(crate) fn spiral(params: &NnaoParams, i: u32, rotation: f32) -> [f32; 2] {
+    let share = (i as f32 + 0.5) / params.samples as f32;
+    let (sin, cos) = (TAU * (rotation + share * params.turns)).sin_cos();
+    [share * cos, share * sin]
+}
+
+/// NNAO of one frame.
+pub(crate) struct Nnao<'a> {
+    screen: &'a Screen<'a>,
+    params: NnaoParams,
+    weights: &'a NnaoWeights,
+    noise: Noise,
+    /// Place and filter of every tap of every rotation.
+    taps: Vec<([f32; 2], [f32; INPUTS * HIDDEN])>,
+}
+
+impl<'a> Nnao<'a> {
+    pub(crate) fn new(screen: &'a Screen<'a>, params: NnaoParams, weights: &'a NnaoWeights) -> Self {
+        let tap = |r: usize, i: u32| {
+            let place = spiral(&params, i, r as f32 / ROTATIONS as f32);
+            (place, weights.filter_at(place))
+        };
+        let taps =
+            (0..ROTATIONS).flat_map(|r| (0..params.samples).map(move |i| (r, i))).map(|(r, i)| tap(r, i));
+        Self { screen, params, weights, noise: Noise::new(), taps: taps.collect() }
+    }
+
+    /// Index of the first tap of each pixel's rotation.
+    #[inline(always)]
+    fn rotations(&self, turn: F) -> [usize; LANES] {
+        let mut first = [0; LANES];
+        for i in 0..LANES {
+            first[i] = ((turn.0[i] * ROTATIONS as f32) as usize % ROTATIONS) * self.params.samples as usize;
+        }
+        first
+    }
+}
+
+impl PixelMethod for Nnao<'_> {
+    #[inline(always)]
+    fn visibility(&self, p: &Pixels, (x, y): (usize, usize)) -> F {
+        let [turn, _] = self.noise.at(x, y);
+        let first = self.rotations(turn);
+        let (mean, scale) = self.weights.standard();
+        let inverse_radius = 1.0 / self.screen.radius;
+        let mut hidden = self.weights.hidden_bias().map(F::from);
+        for t in 0..self.params.samples as usize {
+            let (mut px, mut py) = ([0.0; LANES], [0.0; LANES]);
+            let mut filter = [[0.0; LANES]; INPUTS * HIDDEN];
+            for i in 0..LANES {
+                let ([dx, dy], weights) = &self.taps[first[i] + t];
+                (px[i], py[i]) = (*dx, *dy);
+                for k in 0..INPUTS * HIDDEN {
+                    filter[k][i] = weights[k];
+                }
+            }
+            let tap = self.screen.tap(p.x + F(px) * p.radius_px, p.y - F(py) * p.radius_px);
+            let away = tap.position - p.position;
+            let near = (1.0 - away.dot(away).sqrt() * inverse_radius).saturate();
+            let near = tap.inside.select(near, 0.0);
+            let normal = self.screen.normal(tap.index) - p.normal;
+            let inputs = [normal.x, normal.y, normal.z, away.z * inverse_radius];
+            for (c, input) in inputs.into_iter().enumerate() {
+                // Far away, as the background is, `near` is zero and the product must be too.
+                let input = near * ((input.max(-1e6).min(1e6) - mean[c]) * scale[c]);
+                for h in 0..HIDDEN {
+                    hidden[h] += input * F(filter[c * HIDDEN + h]);
+                }
+            }
+        }
+        let occlusion =
+            self.weights.head(hidden, |v: F, [below, above]| v.max(0.0) * above + v.min(0.0) * below);
+        power((1.0 - occlusion).saturate(), self.params.power)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::nnao_weights::{COUNT, taps};
+    use super::*;
+    use crate::ao_image::AoParams;
+    use crate::camera::{Camera, Projection};
+    use crate::gbuffer::GBuffer;
+    use glam::Vec3;
+
+    #[test]
+    fn lanes_agree_with_one_pixel_at_a_time() {
+        let size = (48, 20);
+        let projection = Projection::Perspective { fov_y: 1.0 };
+        let camera = Camera::look_at((Vec3::ZERO, -Vec3::Z, Vec3::Y), projection, size, 0.0).unwrap();
+        let depth = |i: usize| if i % 48 < 5 { f32::INFINITY } else { 3.0 + (i % 48) as f32 * 0.02 };
+        let normals = (0..size.0 * size.1).map(|i| if i % 7 < 3 { [0.0, 0.0, 1.0] } else { [0.0, 0.6, 0.8] });
+        let depths = (0..size.0 * size.1).map(depth).collect();
+        let frame = GBuffer::new(camera, depths, normals.collect()).unwrap();
+        let mut state = 1u32;
+        let mut unit = || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (state >> 8) as f32 / (1u32 << 24) as f32
+        };
+        let values = NnaoWeights::start(&mut unit);
+        assert_eq!(values.len(), COUNT);
+        let weights = NnaoWeights::new(values, [0.1, 0.0, -0.1, 0.2], [0.5, 1.0, 2.0, 0.7]).unwrap();
+        assert_eq!(NnaoWeights::from_bytes(&weights.to_bytes().unwrap()).unwrap(), weights);
+        let (params, ao) = (NnaoParams::default(), AoParams { radius: 0.8 });
+        let screen = Screen::new(&frame, ao);
+        let nnao = Nnao::new(&screen, params, &weights);
+        let (mut compared, mut spread) = (0, [1.0f32, 0.0]);
+        for y in 0..size.1 {
+            for x in (0..size.0).step_by(LANES) {
+                let found = nnao.visibility(&screen.pixels(x, y), (x, y)).0;
+                let turns = nnao.noise.at(x, y)[0].0;
+                for i in (0..LANES).filter(|i| frame.is_foreground(y * size.0 + x + i)) {
+                    let rotation = (turns[i] * ROTATIONS as f32).floor() / ROTATIONS as f32;
+                    let seen = taps(&frame, (&params, ao), (x + i, y), rotation);
+                    let expected = (1.0 - weights.occlusion(&seen)).clamp(0.0, 1.0);
+                    assert!((found[i] - expected).abs() < 1e-3, "({}, {y}): {} {expected}", x + i, found[i]);
+                    compared += 1;
+                    spread = [spread[0].min(expected), spread[1].max(expected)];
+                }
+            }
+        }
+        assert!(compared > 800 && spread[1] - spread[0] > 0.2, "{compared} {spread:?}");
+    }
+
+    #[test]
+    fn broken_weights_are_refused() {
+        let weights = NnaoWeights::new(vec![0.0; COUNT], [0.0; INPUTS], [1.0; INPUTS]).unwrap();
+        let bytes = weights.to_bytes().unwrap();
+        for end in (0..bytes.len()).step_by(997) {
+            assert!(NnaoWeights::from_bytes(&bytes[..end]).is_err());
+        }
+        assert!(NnaoWeights::new(vec![0.0; 3], [0.0; INPUTS], [1.0; INPUTS]).is_err());
+        assert!(NnaoWeights::new(vec![f32::NAN; COUNT], [0.0; INPUTS], [1.0; INPUTS]).is_err());
+        assert!(NnaoWeights::new(vec![0.0; COUNT], [0.0; INPUTS], [0.0; INPUTS]).is_err());
+    }
+}
