@@ -7,7 +7,7 @@ use aonet_offline::View;
 use aonet_offline::ao_file::save_ao;
 use aonet_offline::frame::{Frame, FrameHints};
 use serde_json::json;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 /// A G-buffer file and what it may not say itself.
@@ -15,7 +15,7 @@ use std::time::Instant;
 pub(crate) struct FrameArgs {
     /// G-buffer (EXR).
     frame: PathBuf,
-    /// AO to write: .exr (32-bit) or .png (16-bit grey), linear.
+    /// What to write. AO: .exr (32-bit) or .png (16-bit grey), linear; a gallery: .png.
     #[arg(short, long)]
     output: PathBuf,
     /// AO radius [world units]; otherwise the frame's or the view's.
@@ -53,6 +53,16 @@ impl FrameArgs {
             }
         };
         Ok((frame, params))
+    }
+
+    /// What to write.
+    pub(crate) fn output(&self) -> &Path {
+        &self.output
+    }
+
+    /// Whether facts are wanted as JSON.
+    pub(crate) fn json(&self) -> bool {
+        self.json
     }
 
     /// Writes the AO and says how it was made: by `method`, since `start`.

@@ -12,6 +12,7 @@ mod cmd {
     pub(crate) mod demo;
     pub(crate) mod eval;
     pub(crate) mod flicker;
+    pub(crate) mod gallery;
     pub(crate) mod infer;
     pub(crate) mod info;
     pub(crate) mod paper;
@@ -45,6 +46,7 @@ enum Command {
     Render(cmd::render::Args),
     Trace(cmd::trace::Args),
     Compare(cmd::compare::Args),
+    Gallery(cmd::gallery::Args),
     Dataset(cmd::dataset::Args),
     Train(cmd::train::Args),
     Tune(cmd::tune::Args),
@@ -92,6 +94,7 @@ fn run(command: Command) -> anyhow::Result<Outcome> {
         Command::Render(args) => cmd::render::run(&args)?,
         Command::Trace(args) => cmd::trace::run(&args)?,
         Command::Compare(args) => return cmd::compare::run(&args),
+        Command::Gallery(args) => cmd::gallery::run(&args)?,
         Command::Dataset(args) => cmd::dataset::run(args)?,
         Command::Train(args) => cmd::train::run(args)?,
         Command::Tune(args) => cmd::tune::run(&args)?,

@@ -179,3 +179,19 @@ pub(crate) fn pool(requested: Option<usize>) -> Result<rayon::ThreadPool> {
 pub(crate) fn preset(path: &Path) -> Result<Classic> {
     Ok(Preset::load(path)?.method)
 }
+
+/// Methods by name (`all`: every one with its defaults) and by preset file.
+pub(crate) fn classic(names: &[String]) -> Result<Vec<(String, Classic)>> {
+    let mut methods = Vec::new();
+    for name in names {
+        if name == "all" {
+            methods.extend(Classic::all().into_iter().map(|m| (m.name().to_owned(), m)));
+        } else if name.ends_with(".json") {
+            let method = preset(name.as_ref())?;
+            methods.push((format!("{}, {}", method.name(), name_of(name.as_ref())), method));
+        } else {
+            methods.push((name.clone(), Classic::named(name)?));
+        }
+    }
+    Ok(methods)
+}

@@ -108,6 +108,7 @@ pub(crate) const fn is_whole(type_name: &str) -> bool {
 }
 
 #[cfg(test)]
+#[allow(unreachable_pub, reason = "the macro makes public structs")]
 mod tests {
     use super::*;
 

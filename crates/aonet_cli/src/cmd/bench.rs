@@ -1,4 +1,4 @@
-//! `aonet bench`: run-time of a network on this machine.
+//! `aonet bench`: run-time of a network, or of classic methods, on this machine.
 
 use crate::output::{self, Style, number, table};
 use crate::setup;
@@ -13,13 +13,19 @@ use std::path::PathBuf;
 /// Time a network on the CPU: features, network and clamping of a frame whose buffers are in memory.
 ///
 /// The floor is what the multiplications and the least memory traffic (weights, G-buffer and AO once) would take; both are
-/// printed so that any machine's peak can be held against them.
+/// printed so that any machine's peak can be held against them. With --classic: those methods instead, with nanoseconds a
+/// pixel beside the taps that a pixel takes.
 #[derive(Debug, Parser)]
-#[command(after_help = "Example:\n  aonet bench --threads 1 --threads 2 --size 1920x1080")]
+#[command(after_help = "Examples:
+  aonet bench --threads 1 --threads 2 --size 1920x1080
+  aonet bench --classic all --size 1280x720")]
 pub(crate) struct Args {
     /// Network; the shipped one that serves any radius if absent.
     #[arg(long, value_name = "M.safetensors")]
     model: Option<PathBuf>,
+    /// Classic method, or `all`; may be repeated.
+    #[arg(long, value_name = "METHOD", conflicts_with = "model")]
+    classic: Vec<String>,
     /// Image size; may be repeated [default: the paper's 540x540, 1280x720, 2048x1024].
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     size: Vec<(usize, usize)>,
@@ -55,7 +61,6 @@ fn parse_size(text: &str) -> Result<(usize, usize)> {
 
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<()> {
-    let model = setup::model(args.model.as_deref())?;
     let or = |given: &[(usize, usize)], default: &[(usize, usize)]| {
         if given.is_empty() { default.to_vec() } else { given.to_vec() }
     };
@@ -65,6 +70,10 @@ pub(crate) fn run(args: &Args) -> Result<()> {
         threads = vec![1, setup::threads(None)];
         threads.dedup();
     }
+    if !args.classic.is_empty() {
+        return classic(args, &sizes, &threads);
+    }
+    let model = setup::model(args.model.as_deref())?;
     let mut timings = Vec::new();
     for &size in &sizes {
         for &threads in &threads {
@@ -93,6 +102,60 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     let mut text = table(&header, &timings.iter().map(cells).collect::<Vec<_>>(), Style::Text);
     text += &format!("\n{} runs each; peak of the process {} MiB\n", args.runs, number(peak_mib(), 0));
     output::text(&text)
+}
+
+#[derive(Serialize)]
+struct ClassicTiming {
+    method: String,
+    width: usize,
+    height: usize,
+    threads: usize,
+    median_ms: f64,
+    min_ms: f64,
+    ns_per_pixel: f64,
+    taps: u32,
+}
+
+fn classic(args: &Args, sizes: &[(usize, usize)], threads: &[usize]) -> Result<()> {
+    let mut timings = Vec::new();
+    for (name, method) in setup::classic(&args.classic)? {
+        for &(width, height) in sizes {
+            for &threads in threads {
+                let pool = setup::pool(Some(threads))?;
+                let times = timing::time_classic(&method, (width, height), &pool, args.runs)?;
+                let (median_ms, min_ms) = (times.median_ms, times.min_ms);
+                let ns_per_pixel = median_ms * 1e6 / (width * height) as f64;
+                let (method, taps) = (name.clone(), method.taps());
+                timings.push(ClassicTiming {
+                    method,
+                    width,
+                    height,
+                    threads,
+                    median_ms,
+                    min_ms,
+                    ns_per_pixel,
+                    taps,
+                });
+            }
+        }
+    }
+    if args.json {
+        return output::json(&json!({ "timings": timings }));
+    }
+    let cells = |t: &ClassicTiming| {
+        vec![
+            t.method.clone(),
+            format!("{}x{}", t.width, t.height),
+            t.threads.to_string(),
+            number(t.median_ms, 1),
+            number(t.min_ms, 1),
+            number(t.ns_per_pixel, 1),
+            t.taps.to_string(),
+        ]
+    };
+    let header = ["method", "size", "threads", "median ms", "min ms", "ns/pixel", "taps"];
+    let text = table(&header, &timings.iter().map(cells).collect::<Vec<_>>(), Style::Text);
+    output::text(&format!("{text}\n{} runs each; taps without the filter's\n", args.runs))
 }
 
 fn time(model: &Model, size: (usize, usize), threads: usize, runs: usize) -> Result<Timing> {

@@ -3,7 +3,6 @@
 use crate::output::{self, Style, number, table};
 use crate::setup;
 use anyhow::{Context, Result, bail};
-use aonet::classic::Classic;
 use aonet::net::Model;
 use aonet_offline::atomic_file;
 use aonet_offline::dataset::{Manifest, Split};
@@ -108,7 +107,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
         contestants.push(Contestant { name, method: Method::Network { model, threads } });
     }
     let pool = setup::pool(args.threads)?;
-    let classic = classic(&args.classic)?;
+    let classic = setup::classic(&args.classic)?;
     contestants.extend(classic.iter().map(|(name, method)| Contestant {
         name: name.clone(),
         method: Method::Classic { method, pool: &pool },
@@ -127,22 +126,6 @@ pub(crate) fn run(args: &Args) -> Result<()> {
         atomic_file::write(path, text.as_bytes())?;
     }
     output::text(&text)
-}
-
-/// Methods by name, with their defaults, and by preset.
-fn classic(names: &[String]) -> Result<Vec<(String, Classic)>> {
-    let mut methods = Vec::new();
-    for name in names {
-        if name == "all" {
-            methods.extend(Classic::all().into_iter().map(|m| (m.name().to_owned(), m)));
-        } else if name.ends_with(".json") {
-            let method = setup::preset(name.as_ref())?;
-            methods.push((format!("{}, {}", method.name(), setup::name_of(name.as_ref())), method));
-        } else {
-            methods.push((name.clone(), Classic::named(name)?));
-        }
-    }
-    Ok(methods)
 }
 
 fn constant(args: &Args, model: &Model, manifest: &Manifest) -> Result<f32> {

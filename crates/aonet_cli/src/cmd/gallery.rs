@@ -1,0 +1,150 @@
+//! `aonet gallery`: every method on one frame, with its error, in one picture.
+
+use crate::frame_args::FrameArgs;
+use crate::output::{self, Style, number, table};
+use crate::setup;
+use anyhow::{Context, Result};
+use aonet::classic::Classic;
+use aonet::metrics::{self, Comparison};
+use aonet::net::Model;
+use aonet::{AoImage, AoParams, GBuffer};
+use aonet_offline::eval::{Method, run as run_method};
+use aonet_offline::picture::{self, Caption};
+use clap::Parser;
+use serde_json::json;
+use std::path::PathBuf;
+
+/// Draw a frame's normals, its reference and what every method makes of it, each above its error.
+///
+/// The frame needs the channel `ao`. Classic methods have their tuned parameters where there are some.
+#[derive(Debug, Parser)]
+#[command(after_help = "Examples:
+  aonet demo && aonet gallery aonet_demo/frame.exr -o gallery.png
+  aonet gallery frame.exr -o gallery.png --method gtao --method gtao:tuned --model mine.safetensors")]
+pub(crate) struct Args {
+    #[command(flatten)]
+    frame: FrameArgs,
+    /// Classic method, as `aonet classic` calls it; may be repeated [default: all].
+    #[arg(long)]
+    method: Vec<String>,
+    /// Network; may be repeated [default: the shipped one that serves any radius].
+    #[arg(long, value_name = "M.safetensors")]
+    model: Vec<PathBuf>,
+    /// Columns of the picture.
+    #[arg(long, default_value_t = 4, value_parser = clap::value_parser!(u8).range(2..=16))]
+    columns: u8,
+}
+
+struct Shot {
+    name: String,
+    ao: AoImage,
+    ms: Option<f64>,
+    comparison: Comparison,
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &Args) -> Result<()> {
+    let (frame, params) = args.frame.load(None)?;
+    let reference = frame.ao.as_ref().context("the frame has no channel `ao` to compare with")?;
+    let pool = setup::pool(args.frame.threads)?;
+    let (classic, models) = methods(args)?;
+    let networks = models
+        .iter()
+        .map(|(name, model)| (name, Method::Network { model, threads: setup::threads(args.frame.threads) }));
+    let methods = classic.iter().map(|(name, method)| (name, Method::Classic { method, pool: &pool }));
+    let mut shots = Vec::new();
+    for (name, method) in methods.chain(networks) {
+        shots.push(shoot((name, &method), (&frame.gbuffer, params), reference)?);
+    }
+    let panels = panels(&frame.gbuffer, reference, &shots, args.columns.into())?;
+    picture::save_png(&picture::sheet(&panels, args.columns.into())?, args.frame.output())?;
+    report(args, &shots)
+}
+
+type Named<T> = Vec<(String, T)>;
+
+fn methods(args: &Args) -> Result<(Named<Classic>, Named<Model>)> {
+    let mut classic = Vec::new();
+    for name in &args.method {
+        classic.push((name.clone(), Classic::named(name)?));
+    }
+    if args.method.is_empty() {
+        classic = Classic::all()
+            .iter()
+            .map(|method| {
+                let tuned = format!("{}:tuned", method.name());
+                Classic::named(&tuned).map_or((method.name().to_owned(), *method), |found| (tuned, found))
+            })
+            .collect();
+    }
+    let mut models = Vec::new();
+    for path in &args.model {
+        models.push((setup::name_of(path), setup::model(Some(path))?));
+    }
+    if models.is_empty() {
+        models.push(("aonet".into(), setup::model(None)?));
+    }
+    Ok((classic, models))
+}
+
+fn shoot(
+    (name, method): (&str, &Method<'_>),
+    (gbuffer, params): (&GBuffer, AoParams),
+    reference: &AoImage,
+) -> Result<Shot> {
+    let (ao, ms) = run_method(method, gbuffer, params)?;
+    let foreground: Vec<bool> = (0..gbuffer.depth().len()).map(|i| gbuffer.is_foreground(i)).collect();
+    let comparison = metrics::compare(reference, &ao, Some(&foreground))?;
+    Ok(Shot { name: name.to_owned(), ao, ms, comparison })
+}
+
+/// Rows of AO, each above the row of its errors; the normals and the reference come first.
+fn panels(
+    gbuffer: &GBuffer,
+    reference: &AoImage,
+    shots: &[Shot],
+    columns: usize,
+) -> Result<Vec<(image::RgbImage, Caption)>> {
+    let mut panels = vec![
+        (picture::normals(gbuffer), Caption::new("normals")),
+        (picture::ao(reference), Caption::new("ray-traced reference")),
+    ];
+    let blank = || (image::RgbImage::new(gbuffer.width() as u32, gbuffer.height() as u32), Caption::new(""));
+    panels.resize_with(columns, blank);
+    for row in shots.chunks(columns) {
+        panels.extend(row.iter().map(|shot| {
+            let time = shot.ms.map_or_else(String::new, |ms| format!(", {ms:.0} ms"));
+            (picture::ao(&shot.ao), Caption::new(format!("{}{time}", shot.name)))
+        }));
+        panels.resize_with(panels.len().next_multiple_of(columns), blank);
+        for shot in row {
+            let text = format!("{:.2} dB, SSIM {:.3}", shot.comparison.full.psnr, shot.comparison.full.ssim);
+            panels.push((picture::error(reference, &shot.ao)?, Caption { text, error_legend: true }));
+        }
+        panels.resize_with(panels.len().next_multiple_of(columns), blank);
+    }
+    Ok(panels)
+}
+
+fn report(args: &Args, shots: &[Shot]) -> Result<()> {
+    if args.frame.json() {
+        let rows = shots.iter().map(|s| {
+            json!({ "method": s.name, "ms": s.ms, "full": s.comparison.full, "foreground": s.comparison.foreground })
+        });
+        return output::json(&json!({ "picture": args.frame.output(), "methods": rows.collect::<Vec<_>>() }));
+    }
+    let row = |s: &Shot| {
+        let inside = s.comparison.foreground;
+        vec![
+            s.name.clone(),
+            number(s.comparison.full.ssim, 4),
+            number(s.comparison.full.psnr, 2),
+            number(inside.map(|f| f.ssim), 4),
+            number(inside.map(|f| f.psnr), 2),
+            number(s.ms, 1),
+        ]
+    };
+    let header = ["method", "SSIM", "PSNR dB", "SSIM fg", "PSNR fg", "ms"];
+    output::text(&table(&header, &shots.iter().map(row).collect::<Vec<_>>(), Style::Text))?;
+    output::text(&format!("\n{}\n", args.frame.output().display()))
+}
