@@ -41,7 +41,7 @@ fn allocations(work: impl FnOnce()) -> usize {
 fn main() {
     assert!(allocations(|| drop(std::hint::black_box(vec![1u8; 10]))) > 0, "the counter counts");
     for kernel in [KernelWeights::Off, KernelWeights::Linear, KernelWeights::Softmax] {
-        for (patch, features) in [(1, Features::NormalDepthNormalized), (4, Features::NormalRadiusSlice)] {
+        for (patch, features) in [(1, Features::NormalDepthNormalized), (4, Features::NormalRadiusHorizon)] {
             let model = model(small(features, patch, kernel), 3);
             let gbuffer = frame((50, 30), 4);
             let mut image = AoImage::open(50, 30).unwrap();

@@ -46,7 +46,7 @@ fn every_row_of_tables_3_and_4() {
         Features::NormalDepth,
         Features::NormalDepthNormalized,
         Features::NormalProjectedRadius,
-        Features::NormalRadiusSlice,
+        Features::NormalRadiusHorizon,
         Features::NormalEncoded,
     ];
     for features in all {
@@ -58,6 +58,14 @@ fn every_row_of_tables_3_and_4() {
         }
     }
     check(ModelConfig { skips: Skips::None, ..ModelConfig::paper() }, (45, 20));
+}
+
+#[test]
+fn corrections() {
+    for patch in [1, 2, 4, 8] {
+        check(ModelConfig { patch, ..ModelConfig::any_radius() }, (70, 33));
+    }
+    check(ModelConfig { encoder: vec![16, 32], decoder: vec![16], ..ModelConfig::any_radius() }, (1, 1));
 }
 
 #[test]

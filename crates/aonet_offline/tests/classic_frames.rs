@@ -27,7 +27,9 @@ fn tuned_gtao_is_above_what_independent_programs_reach() {
         return;
     };
     let folder = Path::new(&data).join("reference-frames");
-    for name in ["room", "arena_pandora_1", "feast_1", "graveyard_2", "koala_2", "living_modern_3", "three_graces_2"] {
+    for name in
+        ["room", "arena_pandora_1", "feast_1", "graveyard_2", "koala_2", "living_modern_3", "three_graces_2"]
+    {
         for method in ["ssao:tuned", "hbao:tuned", "ssdo:tuned", "nnao", "vbao:tuned", "gtao", "gtao:tuned"] {
             let s = score(&folder, name, method);
             eprintln!("{name:16} {method:11} {:.4} {:.2} dB", s.ssim, s.psnr);

@@ -26,11 +26,21 @@ pub(crate) fn denoise(screen: &Screen<'_>, by: Denoise, visibility: &mut Vec<f32
     let (width, height) = screen.size();
     let mut result = vec![0.0; width * height];
     for _ in 0..by.passes {
-        result.par_chunks_mut(width).enumerate().for_each(|(y, line)| {
-            isa.run(Row { screen, by, visibility, y, line });
-        });
+        let rows = result.par_chunks_mut(width).enumerate();
+        rows.for_each(|at| row(screen, by, visibility, at, isa));
         std::mem::swap(visibility, &mut result);
     }
+}
+
+/// One row (number and values) of the filtered visibility.
+pub(crate) fn row(
+    screen: &Screen<'_>,
+    by: Denoise,
+    visibility: &[f32],
+    (y, line): (usize, &mut [f32]),
+    isa: Isa,
+) {
+    isa.run(Row { screen, by, visibility, y, line });
 }
 
 struct Row<'a> {

@@ -4,7 +4,7 @@
 // a plane is exactly 1; taps beside the slice are moved into it; taps outside the frame are skipped.
 
 use super::lanes::{F, Mask};
-use super::noise::Noise;
+use super::noise::noise_at;
 use super::params::params;
 use super::pyramid::Pyramid;
 use super::screen::{Pixels, Screen};
@@ -47,7 +47,7 @@ impl GtaoParams {
     pub const QUALITY: [(&'static str, u32, u32); 4] =
         [("low", 1, 2), ("medium", 2, 2), ("high", 3, 3), ("ultra", 9, 3)];
 
-    pub(crate) fn denoise(&self) -> Denoise {
+    pub(crate) const fn denoise(&self) -> Denoise {
         Denoise { passes: self.denoise_passes, plane: self.denoise_plane, normal: self.denoise_normal }
     }
 }
@@ -56,7 +56,6 @@ impl GtaoParams {
 pub(crate) struct Gtao<'a> {
     screen: &'a Screen<'a>,
     params: GtaoParams,
-    noise: Noise,
     pyramid: Pyramid,
     /// [world units]
     radius: f32,
@@ -68,7 +67,7 @@ impl<'a> Gtao<'a> {
         // XeGTAO looks at three quarters of the radius when it builds the pyramid.
         let pyramid =
             Pyramid::new(screen, (params.depth_levels, params.depth_offset), (0.75 * radius, params.falloff));
-        Self { screen, params, noise: Noise::new(), pyramid, radius }
+        Self { screen, params, pyramid, radius }
     }
 
     /// Cosine between the viewer and the highest occluder on one side, the tangent plane at least.
@@ -97,7 +96,7 @@ impl<'a> Gtao<'a> {
 impl PixelMethod for Gtao<'_> {
     #[inline(always)]
     fn visibility(&self, p: &Pixels, (x, y): (usize, usize)) -> F {
-        let [turn, jitter] = self.noise.at(x, y);
+        let [turn, jitter] = noise_at(x, y);
         let inverse = 1.0 / self.params.slices as f32;
         let (mut light, mut open) = (F::from(0.0), F::from(0.0));
         for s in 0..self.params.slices {

@@ -6,7 +6,7 @@
 
 use super::gtao::{power, taper};
 use super::lanes::F;
-use super::noise::Noise;
+use super::noise::noise_at;
 use super::params::params;
 use super::screen::{Pixels, Screen};
 use super::slice::Slice;
@@ -50,7 +50,6 @@ impl HbaoParams {
 pub(crate) struct Hbao<'a> {
     screen: &'a Screen<'a>,
     params: HbaoParams,
-    noise: Noise,
     /// Of the angle bias.
     cos_sin_bias: [f32; 2],
 }
@@ -58,7 +57,7 @@ pub(crate) struct Hbao<'a> {
 impl<'a> Hbao<'a> {
     pub(crate) fn new(screen: &'a Screen<'a>, params: HbaoParams) -> Self {
         let (sin, cos) = params.angle_bias.to_radians().sin_cos();
-        Self { screen, params, noise: Noise::new(), cos_sin_bias: [cos, sin] }
+        Self { screen, params, cos_sin_bias: [cos, sin] }
     }
 
     /// Occlusion on one side of a slice.
@@ -90,7 +89,7 @@ impl<'a> Hbao<'a> {
 impl PixelMethod for Hbao<'_> {
     #[inline(always)]
     fn visibility(&self, p: &Pixels, (x, y): (usize, usize)) -> F {
-        let [turn, jitter] = self.noise.at(x, y);
+        let [turn, jitter] = noise_at(x, y);
         let inverse = 1.0 / self.params.slices as f32;
         let mut occlusion = F::from(0.0);
         for s in 0..self.params.slices {

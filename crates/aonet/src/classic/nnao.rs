@@ -6,7 +6,7 @@
 use super::gtao::power;
 use super::lanes::{F, LANES};
 use super::nnao_weights::{HIDDEN, INPUTS, NnaoWeights};
-use super::noise::Noise;
+use super::noise::noise_at;
 use super::params::params;
 use super::screen::{Pixels, Screen};
 use super::{Denoise, PixelMethod};
@@ -51,7 +51,6 @@ pub(crate) struct Nnao<'a> {
     screen: &'a Screen<'a>,
     params: NnaoParams,
     weights: &'a NnaoWeights,
-    noise: Noise,
     /// Place and filter of every tap of every rotation.
     taps: Vec<([f32; 2], [f32; INPUTS * HIDDEN])>,
 }
@@ -64,7 +63,7 @@ impl<'a> Nnao<'a> {
         };
         let taps =
             (0..ROTATIONS).flat_map(|r| (0..params.samples).map(move |i| (r, i))).map(|(r, i)| tap(r, i));
-        Self { screen, params, weights, noise: Noise::new(), taps: taps.collect() }
+        Self { screen, params, weights, taps: taps.collect() }
     }
 
     /// Index of the first tap of each pixel's rotation.
@@ -81,7 +80,7 @@ impl<'a> Nnao<'a> {
 impl PixelMethod for Nnao<'_> {
     #[inline(always)]
     fn visibility(&self, p: &Pixels, (x, y): (usize, usize)) -> F {
-        let [turn, _] = self.noise.at(x, y);
+        let [turn, _] = noise_at(x, y);
         let first = self.rotations(turn);
         let (mean, scale) = self.weights.standard();
         let inverse_radius = 1.0 / self.screen.radius;
@@ -150,7 +149,7 @@ mod tests {
         for y in 0..size.1 {
             for x in (0..size.0).step_by(LANES) {
                 let found = nnao.visibility(&screen.pixels(x, y), (x, y)).0;
-                let turns = nnao.noise.at(x, y)[0].0;
+                let turns = noise_at(x, y)[0].0;
                 for i in (0..LANES).filter(|i| frame.is_foreground(y * size.0 + x + i)) {
                     let rotation = (turns[i] * ROTATIONS as f32).floor() / ROTATIONS as f32;
                     let seen = taps(&frame, (&params, ao), (x + i, y), rotation);

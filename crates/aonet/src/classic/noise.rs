@@ -5,46 +5,41 @@ use super::lanes::{F, LANES};
 /// Side of the tile [px].
 const TILE: usize = 64;
 
-/// Two numbers a pixel.
+/// Two numbers a pixel, row by row.
 // Index of the pixel along a Hilbert curve (Hilbert 1891) into the R2 sequence (Roberts 2018): what XeGTAO uses.
-#[derive(Debug)]
-pub(crate) struct Noise {
-    /// TILExTILE.
-    values: Vec<[f32; 2]>,
-}
-
-impl Noise {
-    pub(crate) fn new() -> Self {
-        let value = |i: usize| {
-            let n = hilbert_index(i % TILE, i / TILE) as f64;
-            r2(n).map(|v| v as f32)
-        };
-        Self { values: (0..TILE * TILE).map(value).collect() }
+static NOISE: [[f32; 2]; TILE * TILE] = {
+    let mut values = [[0.0; 2]; TILE * TILE];
+    let mut i = 0;
+    while i < TILE * TILE {
+        values[i] = r2(hilbert_index(i % TILE, i / TILE) as f64);
+        i += 1;
     }
+    values
+};
 
-    /// Those of the pixels from (`x`, `y`) on.
-    #[inline(always)]
-    pub(crate) fn at(&self, x: usize, y: usize) -> [F; 2] {
-        let row = &self.values[y % TILE * TILE..][..TILE];
-        let (mut a, mut b) = ([0.0; LANES], [0.0; LANES]);
-        for i in 0..LANES {
-            [a[i], b[i]] = row[(x + i) % TILE];
-        }
-        [F(a), F(b)]
+/// The numbers of the pixels from (`x`, `y`) on.
+#[inline(always)]
+pub(crate) fn noise_at(x: usize, y: usize) -> [F; 2] {
+    let row = &NOISE[y % TILE * TILE..][..TILE];
+    let (mut a, mut b) = ([0.0; LANES], [0.0; LANES]);
+    for i in 0..LANES {
+        [a[i], b[i]] = row[(x + i) % TILE];
     }
+    [F(a), F(b)]
 }
 
 /// Element `n` of the R2 sequence: multiples of 1 over the plastic number and of its square, from 0.5.
-fn r2(n: f64) -> [f64; 2] {
+const fn r2(n: f64) -> [f32; 2] {
     const PLASTIC: f64 = 1.324_717_957_244_746;
-    [(0.5 + n / PLASTIC).fract(), (0.5 + n / (PLASTIC * PLASTIC)).fract()]
+    let (a, b) = (0.5 + n / PLASTIC, 0.5 + n / (PLASTIC * PLASTIC));
+    [(a - a as u64 as f64) as f32, (b - b as u64 as f64) as f32]
 }
 
 /// Place of (x, y) along the Hilbert curve through the tile.
-fn hilbert_index(mut x: usize, mut y: usize) -> usize {
+const fn hilbert_index(mut x: usize, mut y: usize) -> usize {
     let (mut index, mut side) = (0, TILE / 2);
     while side > 0 {
-        let (right, down) = (usize::from(x & side > 0), usize::from(y & side > 0));
+        let (right, down) = ((x & side > 0) as usize, (y & side > 0) as usize);
         index += side * side * ((3 * right) ^ down);
         if down == 0 {
             if right == 1 {
@@ -76,12 +71,11 @@ mod tests {
 
     #[test]
     fn every_neighbourhood_has_all_of_the_range() {
-        let noise = Noise::new();
         for (x, y) in [(0, 0), (16, 40), (52, 8)] {
             for which in 0..2 {
                 let mut cells = [0; 4];
                 for row in y..y + 4 {
-                    let values = noise.at(x, row)[which].0;
+                    let values = noise_at(x, row)[which].0;
                     values[..4].iter().for_each(|v| cells[(v * 4.0) as usize] += 1);
                 }
                 assert!(cells.iter().all(|c| (2..=6).contains(c)), "{cells:?}");

@@ -1,7 +1,7 @@
 //! Coarser depth for far taps: fewer cache misses, and a far tap stands for all that it covers.
 
 use super::lanes::{F, LANES};
-use super::screen::{Screen, Tap};
+use super::screen::{BACKGROUND, Screen, Tap};
 use std::f32::consts::SQRT_2;
 
 /// Levels of the pyramid at most: the frame itself and four coarser ones, as in XeGTAO.
@@ -30,7 +30,7 @@ impl Pyramid {
         let mut levels: Vec<Level> = Vec::new();
         for _ in 1..(count as usize).clamp(1, LEVELS) {
             let finer = levels.last().map_or_else(
-                || (screen.size().0, screen.size().1, screen.depth()),
+                || (screen.size().0, screen.size().1, screen.gbuffer().depth()),
                 |l| (l.width, l.height, l.depth.as_slice()),
             );
             levels.push(Level::above(finer, (range, soft.max(1e-3) * range)));
@@ -64,11 +64,11 @@ impl Pyramid {
             let side = (1 << level) as f32;
             (cx[i], cy[i]) = ((column as f32 + 0.5) * side - 0.5, (row as f32 + 0.5) * side - 0.5);
             depth[i] = match level.checked_sub(1).map(|l| &self.levels[l]) {
-                None => screen.depth()[row * width + column],
+                None => screen.gbuffer().depth()[row * width + column],
                 Some(l) => l.depth[row.min(l.height - 1) * l.width + column.min(l.width - 1)],
             };
         }
-        tap.position = screen.position(F(cx), F(cy), F(depth));
+        tap.position = screen.position(F(cx), F(cy), F(depth).min(BACKGROUND));
         tap
     }
 }
@@ -78,8 +78,9 @@ impl Level {
         let (w, h) = (width.div_ceil(2), height.div_ceil(2));
         let cell = |i: usize| {
             let (x, y) = (i % w * 2, i / w * 2);
-            let four = [(0, 0), (1, 0), (0, 1), (1, 1)]
-                .map(|(dx, dy)| depth[(y + dy).min(height - 1) * width + (x + dx).min(width - 1)]);
+            let four = [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(dx, dy)| {
+                depth[(y + dy).min(height - 1) * width + (x + dx).min(width - 1)].min(BACKGROUND)
+            });
             let farthest = four.into_iter().fold(0.0, f32::max);
             let weight = |d: f32| ((range - (farthest - d)) / soft).clamp(0.0, 1.0);
             let sum: f32 = four.iter().map(|d| weight(*d)).sum();

@@ -6,7 +6,7 @@ use crate::camera::Projection;
 use crate::gbuffer::GBuffer;
 
 /// Depth of the background: beyond every scene, and its square is still a float.
-const BACKGROUND: f32 = 1e18;
+pub(super) const BACKGROUND: f32 = 1e18;
 
 /// A frame, its camera and the AO radius.
 #[derive(Debug)]
@@ -14,8 +14,6 @@ pub(crate) struct Screen<'a> {
     gbuffer: &'a GBuffer,
     /// AO radius [world units].
     pub(crate) radius: f32,
-    /// HxW.
-    depth: Vec<f32>,
     /// World units a pixel: the first times the depth plus the second. One of them is 0.
     pixel_size: [f32; 2],
     perspective: bool,
@@ -52,18 +50,12 @@ impl<'a> Screen<'a> {
         let camera = gbuffer.camera();
         let focal = camera.focal_px();
         let perspective = matches!(camera.projection, Projection::Perspective { .. });
-        let depth = gbuffer.depth().iter().map(|d| d.min(BACKGROUND)).collect();
         let pixel_size = if perspective { [1.0 / focal, 0.0] } else { [0.0, 1.0 / focal] };
-        Self { gbuffer, radius: params.radius, depth, pixel_size, perspective }
+        Self { gbuffer, radius: params.radius, pixel_size, perspective }
     }
 
     pub(crate) fn gbuffer(&self) -> &'a GBuffer {
         self.gbuffer
-    }
-
-    /// HxW distances along -Z [world units]; far away on the background.
-    pub(crate) fn depth(&self) -> &[f32] {
-        &self.depth
     }
 
     /// Width and height [px].
@@ -78,7 +70,7 @@ impl<'a> Screen<'a> {
         let (mut depth, mut normal) = ([1.0; LANES], [[0.0; LANES]; 3]);
         for i in 0..LANES {
             let at = row + (x + i).min(last);
-            let found = self.depth[at];
+            let found = self.gbuffer.depth()[at];
             // Any finite depth will do where there is none.
             depth[i] = if found < BACKGROUND { found } else { 1.0 };
             let n = self.gbuffer.normal()[at];
@@ -139,10 +131,11 @@ impl<'a> Screen<'a> {
             (cx[i], cy[i]) = (columns[i] as f32, rows[i] as f32);
         }
         for i in 0..LANES {
-            depth[i] = self.depth[index[i] as usize];
+            depth[i] = self.gbuffer.depth()[index[i] as usize];
         }
+        let depth = F(depth).min(BACKGROUND);
         let outside = (x - F(cx)).abs().max((y - F(cy)).abs());
-        Tap { position: self.position(F(cx), F(cy), F(depth)), index, inside: outside.le(0.5) }
+        Tap { position: self.position(F(cx), F(cy), depth), index, inside: outside.le(0.5) }
     }
 
     /// View-space normal of a pixel; zero on the background.

@@ -7,7 +7,7 @@
 use super::gtao::power;
 use super::hemisphere::{Basis, directions, look, on_screen, van_der_corput};
 use super::lanes::F;
-use super::noise::Noise;
+use super::noise::noise_at;
 use super::params::params;
 use super::screen::{Pixels, Screen};
 use super::{Denoise, PixelMethod};
@@ -49,7 +49,6 @@ impl SsaoParams {
 pub(crate) struct Ssao<'a> {
     screen: &'a Screen<'a>,
     params: SsaoParams,
-    noise: Noise,
     /// Sample points in the unit ball.
     points: Vec<[f32; 3]>,
 }
@@ -64,14 +63,14 @@ impl<'a> Ssao<'a> {
                 *point = point.map(|c| -c);
             }
         }
-        Self { screen, params, noise: Noise::new(), points }
+        Self { screen, params, points }
     }
 }
 
 impl PixelMethod for Ssao<'_> {
     #[inline(always)]
     fn visibility(&self, p: &Pixels, (x, y): (usize, usize)) -> F {
-        let [turn, _] = self.noise.at(x, y);
+        let [turn, _] = noise_at(x, y);
         let unit = self.screen.radius;
         let sphere = self.params.hemisphere == 0;
         let basis = Basis::about(if sphere { p.to_viewer } else { p.normal }, turn);

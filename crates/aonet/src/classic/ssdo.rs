@@ -7,7 +7,7 @@
 use super::gtao::power;
 use super::hemisphere::{Basis, directions, look, on_screen, van_der_corput};
 use super::lanes::F;
-use super::noise::Noise;
+use super::noise::noise_at;
 use super::params::params;
 use super::screen::{Pixels, Screen};
 use super::{Denoise, PixelMethod};
@@ -46,7 +46,6 @@ impl SsdoParams {
 pub(crate) struct Ssdo<'a> {
     screen: &'a Screen<'a>,
     params: SsdoParams,
-    noise: Noise,
     /// Directions about +z, and the place of each one's sample along it, in (0, 1).
     samples: Vec<([f32; 3], f32)>,
 }
@@ -54,14 +53,14 @@ pub(crate) struct Ssdo<'a> {
 impl<'a> Ssdo<'a> {
     pub(crate) fn new(screen: &'a Screen<'a>, params: SsdoParams) -> Self {
         let samples = directions(params.samples, true).into_iter().zip((0..).map(van_der_corput)).collect();
-        Self { screen, params, noise: Noise::new(), samples }
+        Self { screen, params, samples }
     }
 }
 
 impl PixelMethod for Ssdo<'_> {
     #[inline(always)]
     fn visibility(&self, p: &Pixels, (x, y): (usize, usize)) -> F {
-        let [turn, jitter] = self.noise.at(x, y);
+        let [turn, jitter] = noise_at(x, y);
         let unit = self.screen.radius;
         let basis = Basis::about(p.normal, turn);
         let mut hidden = F::from(0.0);

@@ -5,7 +5,7 @@
 
 use super::gtao::{power, taper};
 use super::lanes::{F, LANES, Mask};
-use super::noise::Noise;
+use super::noise::noise_at;
 use super::params::params;
 use super::screen::{Pixels, Screen};
 use super::slice::Slice;
@@ -55,12 +55,11 @@ const SECTORS: f32 = 32.0;
 pub(crate) struct Vbao<'a> {
     screen: &'a Screen<'a>,
     params: VbaoParams,
-    noise: Noise,
 }
 
 impl<'a> Vbao<'a> {
     pub(crate) fn new(screen: &'a Screen<'a>, params: VbaoParams) -> Self {
-        Self { screen, params, noise: Noise::new() }
+        Self { screen, params }
     }
 
     /// The occluded sectors of a slice.
@@ -145,7 +144,7 @@ fn sectors(low: F, high: F) -> [u32; LANES] {
 impl PixelMethod for Vbao<'_> {
     #[inline(always)]
     fn visibility(&self, p: &Pixels, (x, y): (usize, usize)) -> F {
-        let [turn, jitter] = self.noise.at(x, y);
+        let [turn, jitter] = noise_at(x, y);
         let inverse = 1.0 / self.params.slices as f32;
         let (mut light, mut open) = (F::from(0.0), F::from(0.0));
         for s in 0..self.params.slices {

@@ -18,8 +18,8 @@ pub enum Features {
     NormalDepthNormalized,
     /// Normal and the AO radius in pixels, log2: 4 channels. One network for any radius and any unit.
     NormalProjectedRadius,
-    /// The same and the occlusion in one slice a pixel: 5 channels. The network denoises and completes it.
-    NormalRadiusSlice,
+    /// The same and what a short horizon search finds: 5 channels.
+    NormalRadiusHorizon,
     /// Normal and view-space position in world units: 6 channels. What Deep Shading sees.
     NormalPosition,
 }
@@ -39,8 +39,8 @@ pub enum Channel {
     DepthNormalized,
     /// (log2(AO radius in pixels) - 5) / 4; the background is infinitely far.
     ProjectedRadius,
-    /// 1 minus the visibility in one slice, whose direction goes with the pixel's place in a 4x4 tile.
-    SliceOcclusion,
+    /// 1 minus the visibility that GTAO finds with 12 taps a pixel; 0 on the background.
+    HorizonOcclusion,
 }
 
 impl Channel {
@@ -55,7 +55,7 @@ impl Channel {
             Self::Depth => "depth",
             Self::DepthNormalized => "normalised depth",
             Self::ProjectedRadius => "projected radius",
-            Self::SliceOcclusion => "slice occlusion",
+            Self::HorizonOcclusion => "horizon occlusion",
         }
     }
 }
@@ -77,14 +77,19 @@ impl Features {
             Self::NormalDepth => const { &and(Channel::Depth) },
             Self::NormalDepthNormalized => const { &and(Channel::DepthNormalized) },
             Self::NormalProjectedRadius => const { &and(Channel::ProjectedRadius) },
-            Self::NormalRadiusSlice => {
-                const { &[NORMAL[0], NORMAL[1], NORMAL[2], Channel::ProjectedRadius, Channel::SliceOcclusion] }
+            Self::NormalRadiusHorizon => {
+                const { &[NORMAL[0], NORMAL[1], NORMAL[2], Channel::ProjectedRadius, Channel::HorizonOcclusion] }
             }
             Self::NormalPosition => {
                 use Channel::Position;
                 const { &[NORMAL[0], NORMAL[1], NORMAL[2], Position(0), Position(1), Position(2)] }
             }
         }
+    }
+
+    /// The channel with the horizon search's result, if there is one.
+    pub fn horizon(self) -> Option<usize> {
+        self.channels().iter().position(|c| *c == Channel::HorizonOcclusion)
     }
 
     /// Whether the AO radius is an input, so that one network serves every radius.
@@ -99,6 +104,9 @@ impl Features {
 pub enum KernelWeights {
     /// No kernels: the network's output is the visibility.
     Off,
+    /// No kernels: the network's output is what the visibility of the horizon search lacks. Needs
+    /// [`Channel::HorizonOcclusion`].
+    Correction,
     /// Plain weights over the 4x4 neighbourhood of the normals.
     Linear,
     /// Weights that are positive and sum to one over the neighbourhood. An ablation that must fail: a
@@ -110,7 +118,7 @@ impl KernelWeights {
     /// Outputs of the head for each pixel.
     pub fn outputs_per_pixel(self) -> usize {
         match self {
-            Self::Off => 1,
+            Self::Off | Self::Correction => 1,
             Self::Linear | Self::Softmax => TAPS,
         }
     }
@@ -208,11 +216,12 @@ impl ModelConfig {
         Self { patch: 1, encoder: vec![16, 32, 48, 64, 96], decoder: vec![64, 48, 32, 16], ..Self::paper() }
     }
 
-    /// Ours: the radius and a slice as inputs, one more level, no kernels; fewer multiplications than the paper's.
+    /// Ours: corrects a short horizon search, knows the radius, has one more level and no kernels; fewer
+    /// multiplications than the paper's.
     pub fn any_radius() -> Self {
         Self {
-            features: Features::NormalRadiusSlice,
-            kernel: KernelWeights::Off,
+            features: Features::NormalRadiusHorizon,
+            kernel: KernelWeights::Correction,
             encoder: vec![32, 48, 64, 64, 48],
             decoder: vec![48, 56, 48, 32],
             ..Self::paper()
@@ -238,6 +247,10 @@ impl ModelConfig {
         if let Some(width) = self.encoder.iter().chain(&self.decoder).find(|w| !(1..=MAX_WIDTH).contains(*w))
         {
             return Err(Error::config("widths", format!("1 to {MAX_WIDTH} channels"), width));
+        }
+        if self.kernel == KernelWeights::Correction && self.features.horizon().is_none() {
+            let expected = "features with the horizon occlusion, which a correction corrects";
+            return Err(Error::config("features", expected, format!("{:?}", self.features)));
         }
         let published = match self.arch {
             Arch::AoNet => return Ok(self),

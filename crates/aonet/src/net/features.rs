@@ -2,10 +2,11 @@
 
 use crate::ao_image::AoParams;
 use crate::camera::Projection;
+use crate::classic;
 use crate::gbuffer::GBuffer;
 use crate::net::config::{Channel, Features};
-use crate::net::horizon::Horizons;
-pub use crate::net::horizon::TILE;
+use crate::net::cpu::{Isa, Level};
+use std::borrow::Cow;
 
 /// Range of the projected radius that the network tells apart, log2 [px]: 1/16 px to 65536 px.
 /// Background is infinitely far and gets the lower end.
@@ -27,7 +28,11 @@ pub fn write_features(
     out: &mut [f32],
     (row, plane): (usize, usize),
 ) {
-    let rows = FeatureRows::new(features, gbuffer, params);
+    let horizon = match features.horizon() {
+        Some(_) => Cow::Owned(horizon_visibility(gbuffer, params)),
+        None => Cow::Borrowed(&[][..]),
+    };
+    let rows = FeatureRows::new(features, gbuffer, params, &horizon);
     for c in 0..features.channels().len() {
         for y in 0..gbuffer.height() {
             rows.write((c, y), &mut out[c * plane + y * row..][..gbuffer.width()]);
@@ -43,18 +48,24 @@ pub(crate) struct FeatureRows<'a> {
     depth_range: (f32, f32),
     /// log2 of the radius [px] at depth 1.
     log2_radius_px: f32,
-    horizons: Horizons<'a>,
+    /// HxW, if it is a feature.
+    horizon_visibility: &'a [f32],
 }
 
 impl<'a> FeatureRows<'a> {
-    pub(crate) fn new(features: Features, gbuffer: &'a GBuffer, params: AoParams) -> Self {
+    pub(crate) fn new(
+        features: Features,
+        gbuffer: &'a GBuffer,
+        params: AoParams,
+        horizon_visibility: &'a [f32],
+    ) -> Self {
         let channels = features.channels();
         let depth_range = match channels.contains(&Channel::DepthNormalized) {
             true => depth_range(gbuffer),
             false => (0.0, 1.0),
         };
         let log2_radius_px = gbuffer.camera().projected_px(params.radius, 1.0).log2();
-        Self { gbuffer, channels, depth_range, log2_radius_px, horizons: Horizons::new(gbuffer, params) }
+        Self { gbuffer, channels, depth_range, log2_radius_px, horizon_visibility }
     }
 
     /// Writes row `y` of channel `c`: as many values as `line` has, at most the frame's width.
@@ -92,7 +103,10 @@ impl<'a> FeatureRows<'a> {
             Channel::ProjectedRadius => pixels.for_each(|(value, &depth)| {
                 *value = self.projected_radius(depth);
             }),
-            Channel::SliceOcclusion => self.horizons.write_occlusion(y, line),
+            Channel::HorizonOcclusion => {
+                let visibility = &self.horizon_visibility[first..];
+                line.iter_mut().zip(visibility).for_each(|(value, v)| *value = 1.0 - v);
+            }
         }
     }
 
@@ -102,6 +116,16 @@ impl<'a> FeatureRows<'a> {
         let (low, high) = LOG2_PX_RANGE;
         ((self.log2_radius_px - log2_depth).clamp(low, high) - LOG2_PX_MEAN) * LOG2_PX_SCALE
     }
+}
+
+/// HxW visibility of the horizon search that networks correct; 1 on the background.
+pub fn horizon_visibility(gbuffer: &GBuffer, params: AoParams) -> Vec<f32> {
+    let isa = Isa::new(Level::best()).expect("the best level of this machine");
+    let pixels = gbuffer.depth().len();
+    let (mut found, mut filtered) = (vec![0.0; pixels], vec![0.0; pixels]);
+    classic::horizon_rows(isa, (gbuffer, params), (0, &mut found));
+    classic::filtered_rows(isa, (gbuffer, params), &found, (0, &mut filtered));
+    filtered
 }
 
 fn depth_range(gbuffer: &GBuffer) -> (f32, f32) {

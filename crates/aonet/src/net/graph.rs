@@ -80,6 +80,15 @@ pub enum Op {
         /// DxHxW.
         second: ValueId,
     },
+    /// 1 minus a channel of the features, plus a correction: 1xHxW.
+    Correct {
+        /// The features.
+        input: ValueId,
+        /// Which of them: the horizon occlusion.
+        channel: usize,
+        /// 1xHxW.
+        correction: ValueId,
+    },
     /// Weighs the 4x4 neighbourhood of the normals of every pixel: AO-Net Eq. 2.
     /// Kernel channel `((dy * patch + dx) * 16 + ky * 4 + kx) * 3 + c` of the patch's cell belongs to pixel
     /// (dy, dx) of the patch, tap (ky, kx) at offset -1..=2, normal component c. Produces 1 x pH x pW.
@@ -162,6 +171,7 @@ impl Graph {
             Op::Upsample2 { input } => (of(*input).0, of(*input).1 / 2),
             Op::Concat { first, second } => (of(*first).0 + of(*second).0, of(*first).1),
             Op::KernelPredict { kernels, patch, .. } => (1, of(*kernels).1 / patch),
+            Op::Correct { correction, .. } => of(*correction),
         };
         self.nodes.push(Node { op, channels, stride });
         self.nodes.len() - 1
@@ -218,6 +228,7 @@ impl Graph {
             | Op::PatchMerge { .. }
             | Op::AvgPool2 { .. }
             | Op::Upsample2 { .. }
+            | Op::Correct { .. }
             | Op::Concat { .. } => 0.0,
         }
     }

@@ -7,7 +7,6 @@ pub mod config;
 pub mod cpu;
 pub mod features;
 pub mod graph;
-pub(crate) mod horizon;
 pub mod model;
 pub mod naive;
 pub mod plan;

@@ -86,6 +86,9 @@ pub fn evaluate(model: &Model, features: Planes) -> Planes {
             Op::AvgPool2 { input } => avg_pool2(&values[*input]),
             Op::Upsample2 { input } => upsample2(&values[*input]),
             Op::Concat { first, second } => concat(&values[*first], &values[*second]),
+            Op::Correct { input, channel, correction } => {
+                correct((&values[*input], *channel), &values[*correction])
+            }
             Op::KernelPredict { kernels, guide, patch, weights } => {
                 kernel_predict(&values[*kernels], &values[*guide], *patch, *weights)
             }
@@ -164,6 +167,14 @@ pub fn concat(first: &Planes, second: &Planes) -> Planes {
     Planes { channels: first.channels + second.channels, height: first.height, width: first.width, values }
 }
 
+/// See [`Op::Correct`].
+pub fn correct((input, channel): (&Planes, usize), correction: &Planes) -> Planes {
+    Planes::from_fn((1, input.height, input.width), |_, y, x| {
+        let (y, x) = (y as isize, x as isize);
+        1.0 - input.at(channel, y, x) + correction.at(0, y, x)
+    })
+}
+
 /// See [`Op::KernelPredict`]. AO-Net §3.3, Eq. 2.
 pub fn kernel_predict(kernels: &Planes, guide: &Planes, patch: usize, weights: KernelWeights) -> Planes {
     Planes::from_fn((1, guide.height, guide.width), |_, y, x| {
@@ -178,7 +189,7 @@ pub fn kernel_predict(kernels: &Planes, guide: &Planes, patch: usize, weights: K
         };
         let kernel = match weights {
             KernelWeights::Softmax => softmax_over_taps(&kernel),
-            KernelWeights::Linear | KernelWeights::Off => kernel,
+            KernelWeights::Linear | KernelWeights::Off | KernelWeights::Correction => kernel,
         };
         kernel.iter().enumerate().map(|(k, w)| w * normal(k)).sum::<f32>() / GUIDE_CHANNELS as f32
     })

@@ -266,6 +266,7 @@ impl Lowering<'_> {
             Op::KernelPredict { kernels, patch, weights, .. } => {
                 self.head(&values[*kernels], *patch, *weights)
             }
+            Op::Correct { correction, .. } => self.correct(&values[*correction]),
             Op::PatchMerge { input, patch } => self.head(&values[*input], *patch, KernelWeights::Off),
         }
     }
@@ -302,6 +303,18 @@ impl Lowering<'_> {
         self.read(FEATURES);
         let (name, input) = (name.clone(), *input);
         self.steps.push(Step::Head { name, input, guide: FEATURES, patch, kernel });
+        Lowered::Image
+    }
+
+    /// The head that wrote the image, or is about to, writes what the features lack instead.
+    fn correct(&mut self, correction: &Lowered) -> Lowered {
+        if matches!(correction, Lowered::Head { .. }) {
+            return self.head(correction, 1, KernelWeights::Correction);
+        }
+        let Some(Step::Head { kernel, .. }) = self.steps.last_mut() else {
+            panic!("a correction comes from the head")
+        };
+        *kernel = KernelWeights::Correction;
         Lowered::Image
     }
 

@@ -1,6 +1,6 @@
 //! The trained networks that come with the crate, as bytes for [`Model::from_bytes`](super::Model::from_bytes).
 
-/// Normals, projected radius and slices: any AO radius, any unit. The better one; use this.
+/// Normals, projected radius and a horizon search, which it corrects: any AO radius, any unit. The better one; use this.
 pub const ANY_RADIUS: &[u8] = include_bytes!("../../weights/any_radius.safetensors");
 
 /// Normals only, as in the paper: knows the one radius that it was trained with, relative to the scene.
@@ -13,7 +13,7 @@ mod tests {
     #[test]
     fn shipped_models_load_and_stay_small() {
         for (bytes, features) in
-            [(super::ANY_RADIUS, Features::NormalRadiusSlice), (super::PAPER, Features::Normal)]
+            [(super::ANY_RADIUS, Features::NormalRadiusHorizon), (super::PAPER, Features::Normal)]
         {
             let model = Model::from_bytes(bytes).unwrap();
             assert_eq!(model.config().features, features);

@@ -113,6 +113,7 @@ fn brighten_head(graph: &Graph, tensors: &mut BTreeMap<String, Tensor>) {
     }
     let kernel = match graph.nodes().last() {
         Some(Node { op: Op::KernelPredict { weights, .. }, .. }) => *weights,
+        Some(Node { op: Op::Correct { .. }, .. }) => KernelWeights::Correction,
         Some(_) | None => KernelWeights::Off,
     };
     if let Some(weight) = tensors.get_mut("head.weight") {
@@ -127,7 +128,7 @@ fn brighten_head(graph: &Graph, tensors: &mut BTreeMap<String, Tensor>) {
                 KernelWeights::Linear if i % GUIDE_CHANNELS == 2 => {
                     BRIGHT / MEAN_NORMAL_Z * GUIDE_CHANNELS as f32 / taps
                 }
-                KernelWeights::Linear | KernelWeights::Softmax => 0.0,
+                KernelWeights::Linear | KernelWeights::Softmax | KernelWeights::Correction => 0.0,
             };
         }
     }

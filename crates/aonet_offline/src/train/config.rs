@@ -2,7 +2,7 @@
 
 use super::ssim::LEAST_MS_SSIM_SIDE;
 use crate::error::{Error, Result};
-use aonet::net::{Channel, ModelConfig};
+use aonet::net::ModelConfig;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
@@ -148,12 +148,6 @@ impl TrainConfig {
         if !(rate > 0.0 && rate.is_finite() && (0.0..=1.0).contains(&roll)) {
             let found = format!("{rate} and {roll}");
             return Err(Error::request("training learning_rate and roll", "finite > 0 and in [0, 1]", found));
-        }
-        let channels = self.model.features.channels();
-        if roll > 0.0 && channels.contains(&Channel::SliceOcclusion) {
-            let expected =
-                "0: slices have the directions of their place in the frame, which a rolled crop would change";
-            return Err(Error::request("training roll", expected, roll));
         }
         self.loss.check(self.crop)?;
         Ok(self)

@@ -69,6 +69,9 @@ pub(crate) fn forward(
                 Kernels::Framework => upsample_axis(upsample_axis(of(input), 2), 3),
             },
             Op::Concat { first, second } => Tensor::cat(vec![of(first), of(second)], 1),
+            Op::Correct { input, channel, correction } => {
+                of(correction) - of(input).narrow(1, *channel, 1) + 1.0
+            }
             Op::KernelPredict { kernels, guide, patch, weights } => {
                 kernel_predict((of(kernels), of(guide)), *patch, *weights, by)
             }
@@ -149,7 +152,7 @@ fn kernel_predict(
             let by_component = kernels.reshape([b, pixels, TAPS / GUIDE_CHANNELS, GUIDE_CHANNELS, h * w]);
             softmax(by_component, 2).reshape([b, pixels * TAPS, h, w])
         }
-        KernelWeights::Linear | KernelWeights::Off => kernels,
+        KernelWeights::Linear | KernelWeights::Off | KernelWeights::Correction => kernels,
     };
     if by == Kernels::Own {
         return flex_ops::weigh(kernels, guide);

@@ -7,7 +7,7 @@ use crate::error::{Error, Result};
 use crate::frame::{Frame, FrameHints};
 use aonet::net::Features;
 use aonet::net::config::Channel;
-use aonet::net::features::{TILE, write_features};
+use aonet::net::features::write_features;
 use aonet::{AoImage, AoParams, GBuffer};
 use half::f16;
 use rayon::prelude::*;
@@ -19,8 +19,6 @@ pub(crate) struct Sample {
     channels: &'static [Channel],
     /// CxHxW.
     features: Vec<f16>,
-    /// HxW slice occlusion of the mirrored frame, if that is a channel: it cannot be mirrored after the fact.
-    mirrored_slices: Vec<f16>,
     /// HxW visibility.
     target: Vec<f16>,
 }
@@ -57,22 +55,13 @@ impl Sample {
 
     fn new((gbuffer, params): (&GBuffer, AoParams), ao: &AoImage, features: Features) -> aonet::Result<Self> {
         let (width, height) = (gbuffer.width(), gbuffer.height());
-        let planes = |gbuffer: &GBuffer| {
-            let mut planes = vec![0.0; features.channels().len() * width * height];
-            write_features(features, (gbuffer, params), &mut planes, (width, width * height));
-            to_half(&planes)
-        };
-        let slices = features.channels().iter().position(|c| *c == Channel::SliceOcclusion);
-        let mirrored_slices = match slices {
-            Some(c) => planes(&mirrored(gbuffer)?)[c * width * height..][..width * height].to_vec(),
-            None => Vec::new(),
-        };
+        let mut planes = vec![0.0; features.channels().len() * width * height];
+        write_features(features, (gbuffer, params), &mut planes, (width, width * height));
         Ok(Self {
             width,
             height,
             channels: features.channels(),
-            features: planes(gbuffer),
-            mirrored_slices,
+            features: to_half(&planes),
             target: to_half(ao.visibility()),
         })
     }
@@ -82,12 +71,8 @@ impl Sample {
         self.target.iter().map(|v| f64::from(v.to_f32())).sum::<f64>() / self.target.len() as f64
     }
 
-    /// The crop whose top-left corner is near (x, y), turned by `symmetry`. Its patches are patches of the frame,
-    /// mirrored or not.
+    /// The crop with the top-left corner (x, y), turned by `symmetry`.
     fn crop(&self, (x, y, side): (usize, usize, usize), symmetry: Symmetry) -> Crop {
-        let after = self.width - side - x;
-        let x = if symmetry.mirror { self.width - side - after / TILE * TILE } else { x / TILE * TILE };
-        let y = y / TILE * TILE;
         let area = side * side;
         let mut crop = Crop {
             features: vec![0.0; self.channels.len() * area],
@@ -119,29 +104,13 @@ impl Sample {
                     let turned = symmetry.vector(encoded.map(|e| 2.0 * e - 1.0)).map(|n| 0.5 * n + 0.5);
                     put(c, if encoded == [0.0; 3] { 0.0 } else { turned[usize::from(*k)] });
                 }
-                Channel::SliceOcclusion if symmetry.mirror => {
-                    let (row, column) = (from / self.width, from % self.width);
-                    put(c, self.mirrored_slices[(row + 1) * self.width - 1 - column].to_f32());
-                }
                 Channel::Depth
                 | Channel::DepthNormalized
                 | Channel::ProjectedRadius
-                | Channel::SliceOcclusion => put(c, value(c)),
+                | Channel::HorizonOcclusion => put(c, value(c)),
             }
         }
     }
-}
-
-/// The frame as seen in a mirror.
-fn mirrored(gbuffer: &GBuffer) -> aonet::Result<GBuffer> {
-    let width = gbuffer.width();
-    let from = |i: usize| i / width * width + width - 1 - i % width;
-    let depth = (0..gbuffer.depth().len()).map(|i| gbuffer.depth()[from(i)]).collect();
-    let normal = (0..gbuffer.depth().len()).map(|i| {
-        let [x, y, z] = gbuffer.normal()[from(i)];
-        [-x, y, z]
-    });
-    GBuffer::new(*gbuffer.camera(), depth, normal.collect())
 }
 
 fn to_half(values: &[f32]) -> Vec<f16> {
@@ -285,40 +254,6 @@ mod tests {
                     (n[0] + dx).abs() < 1e-5 && (n[1] + dy).abs() < 1e-5,
                     "{s:?}: {n:?} but slope {dx}, {dy}"
                 );
-            }
-        }
-    }
-
-    /// A crop with slices is a crop of the features of the frame, or of the mirrored frame, at a whole tile.
-    #[test]
-    fn slices_of_crops_are_slices_of_the_frame_or_of_its_mirror_image() {
-        let (width, height, side) = (40, 24, 16);
-        let projection = Projection::Perspective { fov_y: 1.0 };
-        let camera =
-            Camera::look_at((Vec3::ZERO, -Vec3::Z, Vec3::Y), projection, (width, height), 0.0).unwrap();
-        let depth = (0..width * height).map(|i| 2.0 + (i * 7 % 11) as f32 * 0.05 + (i % width) as f32 * 0.02);
-        let normal = [0.1f32, 0.2, (1.0f32 - 0.05).sqrt()];
-        let gbuffer = GBuffer::new(camera, depth.collect(), vec![normal; width * height]).unwrap();
-        let (params, features) = (AoParams::new(0.4).unwrap(), Features::NormalRadiusSlice);
-        let sample =
-            Sample::new((&gbuffer, params), &AoImage::open(width, height).unwrap(), features).unwrap();
-        for (mirror, seen) in [(false, gbuffer.clone()), (true, mirrored(&gbuffer).unwrap())] {
-            let mut planes = vec![0.0; 5 * width * height];
-            write_features(features, (&seen, params), &mut planes, (width, width * height));
-            for (x, y) in [(0, 0), (5, 7), (24, 8), (23, 3)] {
-                let crop = sample.crop((x, y, side), Symmetry { mirror, quarter_turns: 0 });
-                let at = |left: usize, top: usize, c: usize, i: usize| {
-                    planes[(c * height + top + i / side) * width + left + i % side]
-                };
-                let close = |left: usize, top: usize| {
-                    let same = |k: usize| {
-                        (crop.features[k] - at(left, top, k / (side * side), k % (side * side))).abs() < 2e-3
-                    };
-                    (0..5 * side * side).all(same)
-                };
-                let tiles = |last: usize| (0..=last).step_by(TILE);
-                let found = tiles(height - side).any(|top| tiles(width - side).any(|left| close(left, top)));
-                assert!(found, "mirror {mirror}, ({x}, {y})");
             }
         }
     }

@@ -27,10 +27,13 @@ pub(crate) fn build(config: &ModelConfig) -> Graph {
         x = double_conv(&mut graph, x, &format!("dec{level}"), channels);
     }
     match config.kernel {
-        KernelWeights::Off => {
-            let x = conv(&mut graph, x, ("head", 1, 1, Activation::Linear), patch * patch);
+        KernelWeights::Off | KernelWeights::Correction => {
+            let mut x = conv(&mut graph, x, ("head", 1, 1, Activation::Linear), patch * patch);
             if patch > 1 {
-                graph.push(Op::PatchMerge { input: x, patch }, 0);
+                x = graph.push(Op::PatchMerge { input: x, patch }, 0);
+            }
+            if let (KernelWeights::Correction, Some(channel)) = (config.kernel, config.features.horizon()) {
+                graph.push(Op::Correct { input, channel, correction: x }, 0);
             }
         }
         weights @ (KernelWeights::Linear | KernelWeights::Softmax) => {

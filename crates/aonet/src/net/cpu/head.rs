@@ -69,11 +69,13 @@ impl Head {
         isa: Isa,
         (workers, arena): (&mut Workers, &[f32]),
         (gbuffer, image): (&GBuffer, &mut AoImage),
+        horizon_visibility: &[f32],
     ) {
+        let base = (self.kernel == KernelWeights::Correction).then_some(horizon_visibility);
         let (input, guide) = (&arena[self.input.range()], &arena[self.guide.range()]);
         let width = image.width();
         workers.for_each_band(image.visibility_mut(), width * self.patch, |band| {
-            isa.run(HeadBand { head: self, input, guide, gbuffer, band });
+            isa.run(HeadBand { head: self, input, guide, gbuffer, base, band });
         });
     }
 }
@@ -83,6 +85,8 @@ struct HeadBand<'a> {
     input: &'a [f32],
     guide: &'a [f32],
     gbuffer: &'a GBuffer,
+    /// HxW visibility that the head corrects.
+    base: Option<&'a [f32]>,
     band: Band<'a>,
 }
 
@@ -96,6 +100,7 @@ impl Kernel for HeadBand<'_> {
         let depth = &self.gbuffer.depth()[band.first * row_len..];
         for (i, (image, depth)) in band.values.chunks_mut(row_len).zip(depth.chunks(row_len)).enumerate() {
             let y = band.first + i;
+            let base = self.base.map(|base| &base[y * row_len..][..depth.len()]);
             let features = &self.input[y * head.input.row_len()..][..head.input.row_len()];
             for x in (0..cells).step_by(VECTORS * S::LANES) {
                 let (buffer, patch) = (&head.guide, head.patch);
@@ -105,7 +110,7 @@ impl Kernel for HeadBand<'_> {
                     true => tile.run::<S, VECTORS>(simd, band.scratch),
                     false => tile.run::<S, 1>(simd, band.scratch),
                 };
-                patch_merge::write((image, depth), visibility, (patch, width, x));
+                patch_merge::write((image, depth, base), visibility, (patch, width, x));
             }
         }
     }

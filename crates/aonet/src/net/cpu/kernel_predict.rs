@@ -52,7 +52,7 @@ impl Tile<'_> {
         let visibility = &mut rest[..self.head.patch * self.head.patch * cells];
         self.transpose_features::<S>(features, cells);
         match self.head.kernel {
-            KernelWeights::Off => {
+            KernelWeights::Off | KernelWeights::Correction => {
                 for (group, out) in visibility.chunks_mut(K * cells).enumerate() {
                     let outputs = self.outputs::<S, N, K>(simd, features, group);
                     for (values, out) in outputs.iter().zip(out.chunks_exact_mut(cells)) {

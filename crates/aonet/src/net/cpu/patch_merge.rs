@@ -2,11 +2,12 @@
 
 /// Writes a few cells of one row of cells into the image: [0, 1], 1 where the depth is infinite.
 ///
-/// `image` and `depth` are the rows of pixels of the row of cells, `width` wide; `visibility` holds, for each
+/// `image`, `depth` and `base`, to which the values are added, are the rows of pixels of the row of cells, `width`
+/// wide; `visibility` holds, for each
 /// pixel of a patch, the values of `cells` cells, of which the first is cell `x`.
 #[inline(always)]
 pub(super) fn write(
-    (image, depth): (&mut [f32], &[f32]),
+    (image, depth, base): (&mut [f32], &[f32], Option<&[f32]>),
     (visibility, cells): (&[f32], usize),
     (patch, width, x): (usize, usize, usize),
 ) {
@@ -21,6 +22,10 @@ pub(super) fn write(
             4 => interleave::<4>((phases, cells), line),
             8 => interleave::<8>((phases, cells), line),
             _ => unreachable!("patches of {patch}"),
+        }
+        if let Some(base) = base {
+            let base = &base[dy * width..][first..last];
+            line.iter_mut().zip(base).for_each(|(value, base)| *value += base);
         }
         for (value, depth) in line.iter_mut().zip(depth) {
             // NaN, from weights so large that sums overflow, becomes 0.

@@ -8,6 +8,7 @@ use super::head::Head;
 use super::image::Image;
 use super::level::{Isa, Level};
 use crate::ao_image::{AoImage, AoParams};
+use crate::classic;
 use crate::error::{Error, Result};
 use crate::gbuffer::GBuffer;
 use crate::net::config::Features;
@@ -26,6 +27,31 @@ pub struct Session {
     workers: Workers,
     arena: Aligned,
     steps: Vec<Prepared>,
+    horizons: Option<Horizons>,
+}
+
+/// What the horizon search of a frame finds, before and after its filter; HxW.
+#[derive(Debug)]
+struct Horizons {
+    found: Aligned,
+    filtered: Aligned,
+}
+
+impl Horizons {
+    fn new(pixels: usize) -> Result<Self> {
+        Ok(Self { found: Aligned::zeros(pixels)?, filtered: Aligned::zeros(pixels)? })
+    }
+
+    fn run(&mut self, isa: Isa, workers: &mut Workers, frame: (&GBuffer, AoParams)) {
+        let width = frame.0.width();
+        workers.for_each_band(&mut self.found, width, |band| {
+            classic::horizon_rows(isa, frame, (band.first, band.values));
+        });
+        let found = &self.found;
+        workers.for_each_band(&mut self.filtered, width, |band| {
+            classic::filtered_rows(isa, frame, found, (band.first, band.values));
+        });
+    }
 }
 
 /// A step of the plan with its weights.
@@ -59,7 +85,9 @@ impl Session {
         let scratch_len = steps.iter().map(|step| step.scratch_len(isa)).max().unwrap_or(0);
         let workers = Workers::new(threads, scratch_len)?;
         let arena = Aligned::zeros(plan.arena_len)?;
-        Ok(Self { features: model.config().features, plan, isa, workers, arena, steps })
+        let features = model.config().features;
+        let horizons = features.horizon().map(|_| Horizons::new(size.0 * size.1)).transpose()?;
+        Ok(Self { features, plan, isa, workers, arena, steps, horizons })
     }
 
     /// Writes the visibility of a frame: in [0, 1], 1 on the background. Allocates nothing.
@@ -89,13 +117,17 @@ impl Session {
                 return Err(Error::size(what, format!("{width}x{height}"), format!("{w}x{h}")));
             }
         }
-        let features = FeatureRows::new(self.features, gbuffer, params);
+        if let Some(horizons) = &mut self.horizons {
+            horizons.run(self.isa, &mut self.workers, (gbuffer, params));
+        }
+        let horizon: &[f32] = self.horizons.as_ref().map_or(&[], |h| &h.filtered);
+        let features = FeatureRows::new(self.features, gbuffer, params, horizon);
         for (i, step) in self.steps.iter().enumerate() {
             match step {
                 Prepared::Features(step) => step.run(self.isa, &features, &mut self.workers, &mut self.arena),
                 Prepared::Conv(conv) => conv.run(self.isa, &mut self.workers, &mut self.arena),
                 Prepared::Head(head) => {
-                    head.run(self.isa, (&mut self.workers, &self.arena), (gbuffer, image));
+                    head.run(self.isa, (&mut self.workers, &self.arena), (gbuffer, image), horizon);
                 }
                 Prepared::Image(step) => {
                     step.run(self.isa, (&mut self.workers, &self.arena), (gbuffer, image))
@@ -113,7 +145,8 @@ impl Session {
 
     /// Bytes of activations and scratch memory; parameters and thread stacks not included.
     pub fn memory_bytes(&self) -> usize {
-        self.arena.len() * size_of::<f32>() + self.workers.scratch_bytes()
+        let horizons = self.horizons.as_ref().map_or(0, |h| h.found.len() + h.filtered.len());
+        (self.arena.len() + horizons) * size_of::<f32>() + self.workers.scratch_bytes()
     }
 }
 

@@ -222,8 +222,15 @@ fn check_head(channels: usize, (patch, kernel): (usize, KernelWeights), (width, 
     let weights = weights([patch * patch * taps, channels, 1, 1]);
     let [w, b] = ["conv.weight", "conv.bias"].map(|name| &weights.get(name).values[..]);
     let kernels = naive::conv(&features, (w, b, 1), Activation::Linear);
+    let base: Vec<f32> = (0..width * height).map(|i| 0.5 * noise(i, 77)).collect();
     let raw = match kernel {
         KernelWeights::Off => naive::patch_merge(&kernels, patch),
+        KernelWeights::Correction => {
+            let correction = naive::patch_merge(&kernels, patch);
+            Planes::from_fn((1, correction.height, correction.width), |_, y, x| {
+                correction.at(0, y as isize, x as isize) + base.get(y * width + x).unwrap_or(&0.0)
+            })
+        }
         KernelWeights::Linear | KernelWeights::Softmax => {
             naive::kernel_predict(&kernels, &guide, patch, kernel)
         }
@@ -245,16 +252,16 @@ fn check_head(channels: usize, (patch, kernel): (usize, KernelWeights), (width, 
         let mut workers = Workers::new(2, head.scratch_len(isa)).unwrap();
         let mut image = AoImage::open(width, height).unwrap();
         image.visibility_mut().fill(f32::NAN);
-        head.run(isa, (&mut workers, &arena), (&gbuffer, &mut image));
+        head.run(isa, (&mut workers, &arena), (&gbuffer, &mut image), &base);
         assert_close(image.visibility(), &expected, &format!("{level:?} {what}"));
     }
 }
 
 #[test]
 fn heads() {
-    use KernelWeights::{Linear, Off, Softmax};
+    use KernelWeights::{Correction, Linear, Off, Softmax};
     for patch in [1, 2, 4, 8] {
-        for kernel in [Off, Linear, Softmax] {
+        for kernel in [Off, Correction, Linear, Softmax] {
             check_head(5, (patch, kernel), (70, 11));
         }
     }
