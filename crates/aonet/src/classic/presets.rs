@@ -3,7 +3,13 @@
 use super::Classic;
 
 /// Method and file.
-pub(super) const TUNED: [(&str, &str); 0] = [];
+pub(super) const TUNED: [(&str, &str); 5] = [
+    ("ssao", include_str!("../../presets/ssao.json")),
+    ("hbao", include_str!("../../presets/hbao.json")),
+    ("ssdo", include_str!("../../presets/ssdo.json")),
+    ("gtao", include_str!("../../presets/gtao.json")),
+    ("vbao", include_str!("../../presets/vbao.json")),
+];
 
 /// The method in a preset file of this crate.
 pub(super) fn method(json: &str) -> Classic {

@@ -22,7 +22,7 @@ use std::path::PathBuf;
 /// it is. NNAO gets weights instead, trained on pixels of the frames. Afterwards the method is scored with and without its new parameters on validation frames, by radius.
 #[derive(Debug, Parser)]
 #[command(after_help = "Examples:
-  aonet tune gtao --on data/any -o assets/presets/gtao.json
+  aonet tune gtao --on data/any -o gtao.json
   aonet tune vbao --on data/any --set cosine=1 --trials 200 -o vbao.json
   aonet tune nnao --on data/any --frames 400 -o nnao.safetensors")]
 pub(crate) struct Args {
