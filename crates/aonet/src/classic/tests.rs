@@ -77,7 +77,11 @@ fn a_plane_is_open_whichever_way_it_faces() {
                 let image = method.run(&frame, AoParams { radius: 1.0 }).unwrap();
                 let least = image.visibility().iter().copied().fold(1.0, f32::min);
                 // Far away on a slope, steps of the depth buffer are higher than SSAO's bias.
-                let bound = if method.name() == "ssao" { 0.9 } else { 0.97 };
+                let bound = match method.name() {
+                    "ssao" => 0.9,
+                    "ssdo" => 0.96,
+                    _ => 0.97,
+                };
                 assert!(least > bound, "{} {projection:?} {normal}: {least}", method.name());
             }
         }
@@ -205,8 +209,9 @@ fn a_mirrored_frame_gives_the_mirrored_image() {
             .map(|p| method.run(&frame(PERSPECTIVE, (160, 90), &p), AoParams { radius: 1.0 }).unwrap());
         let flipped: Vec<f32> = (0..160 * 90).map(|i| at(&b, 159 - i % 160, i / 160)).collect();
         let score = metrics::compare(&a, &AoImage::new(160, 90, flipped).unwrap(), None).unwrap().full;
-        // Noise differs; so much is left of it with that many samples.
-        assert!(score.psnr > 32.0, "{}: {} dB", method.name(), score.psnr);
+        // Noise differs; so much is left of it with that many samples. NNAO has 16, and no symmetry but what it learnt.
+        let least = if method.name() == "nnao" { 24.0 } else { 32.0 };
+        assert!(score.psnr > least, "{}: {} dB", method.name(), score.psnr);
     }
 }
 
