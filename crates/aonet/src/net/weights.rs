@@ -129,7 +129,8 @@ fn brighten_head(graph: &Graph, tensors: &mut BTreeMap<String, Tensor>) {
                 KernelWeights::Linear if i % GUIDE_CHANNELS == 2 => {
                     BRIGHT / MEAN_NORMAL_Z * GUIDE_CHANNELS as f32 / taps
                 }
-                KernelWeights::Linear | KernelWeights::Softmax | KernelWeights::Correction => 0.0,
+                KernelWeights::Correction => OVERSHOOT,
+                KernelWeights::Linear | KernelWeights::Softmax => 0.0,
             };
         }
     }
@@ -144,6 +145,9 @@ const HEAD_SHRINK: f32 = 0.1;
 /// The same of a correction, which starts as nothing: at [`HEAD_SHRINK`] its first noise costs so much SSIM that training
 /// switches the units off for good instead (seen: no change after 600 steps).
 const CORRECTION_SHRINK: f32 = 1e-3;
+/// Where a correction starts: open surfaces, most of a frame, then lie above 1, where the clamp hides the noise of
+/// learning.
+const OVERSHOOT: f32 = 0.06;
 
 /// Finaliser of SplitMix64 (Steele et al. 2014).
 fn split_mix(mut z: u64) -> u64 {
