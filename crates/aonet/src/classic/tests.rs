@@ -75,15 +75,18 @@ fn a_plane_is_open_whichever_way_it_faces() {
             let frame = frame(projection, (240, 135), &[(normal, -3.0)]);
             for method in Classic::all() {
                 let image = method.run(&frame, AoParams { radius: 1.0 }).unwrap();
-                let least = image.visibility().iter().copied().fold(1.0, f32::min);
-                // Far away on a slope, steps of the depth buffer are higher than SSAO's bias.
-                let bound = match method.name() {
-                    // NNAO only learns it.
-                    "ssao" | "nnao" => 0.9,
-                    "ssdo" => 0.96,
-                    _ => 0.97,
+                let pixels = image.visibility();
+                let least = pixels.iter().copied().fold(1.0, f32::min);
+                let mean = pixels.iter().sum::<f32>() / pixels.len() as f32;
+                let open = match method.name() {
+                    // Far away on a slope, steps of the depth buffer are higher than its bias.
+                    "ssao" => mean > 0.97,
+                    // It only learns what a plane is.
+                    "nnao" => mean > 0.95,
+                    "ssdo" => least > 0.95,
+                    _ => least > 0.97,
                 };
-                assert!(least > bound, "{} {projection:?} {normal}: {least}", method.name());
+                assert!(open, "{} {projection:?} {normal}: {least}, mean {mean}", method.name());
             }
         }
     }
