@@ -1,6 +1,6 @@
 //! The program as a user meets it: files in, files out, exit codes, messages.
 
-use serde_json::Value;
+use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
@@ -221,6 +221,32 @@ fn a_dataset_is_made_described_and_evaluated() {
 }
 
 #[test]
+fn classic_methods_run_are_tuned_and_drawn() {
+    let desk = Desk::new();
+    desk.ok("dataset frames --procedural clutter_pile:1 --frames 2 --width 64 --height 48 --spp 8");
+    let first = |dir: PathBuf| std::fs::read_dir(dir).unwrap().next().unwrap().unwrap().path();
+    std::fs::copy(first(first(desk.path("frames/frames"))), desk.path("frame.exr")).unwrap();
+    let tuned = desk.json("tune gtao --on frames --frames 1 --trials 4 -o gtao.json --json");
+    assert!(tuned["loss"].as_f64() <= tuned["loss_before"].as_f64(), "{tuned}");
+    let facts = desk.json("classic gtao frame.exr -o ao.exr --preset gtao.json --set steps=2 --json");
+    assert_eq!((&facts["method"], &facts["width"]), (&json!("gtao"), &json!(64)));
+    assert!(desk.ok("classic vbao --help-parameters").contains("thickness"));
+    let gallery = desk.json("gallery frame.exr -o all.png --columns 3 --json");
+    assert_eq!(gallery["methods"].as_array().unwrap().len(), 7);
+    assert!(desk.path("all.png").exists() && desk.path("ao.exr").exists());
+    for (line, word) in [
+        ("classic gtoa frame.exr -o x.exr", "gtao"),
+        ("classic gtao frame.exr -o x.exr --set slices=0", "slices"),
+        ("classic gtao frame.exr -o x.exr --set thickness=1", "thickness"),
+        ("classic vbao frame.exr -o x.exr --preset gtao.json", "parameters of vbao"),
+        ("classic gtao frame.exr -o x.exr --radius nan", "radius"),
+        ("classic gtao", "G-buffer"),
+    ] {
+        assert!(desk.fails(line).contains(word), "{line}");
+    }
+}
+
+#[test]
 fn the_papers_tables_say_what_is_not_trained() {
     let desk = Desk::new();
     let table = desk.ok("paper table2 -o out");
@@ -232,8 +258,12 @@ fn the_papers_tables_say_what_is_not_trained() {
     std::fs::write(desk.path("rows/ours.safetensors"), aonet::net::shipped::ANY_RADIUS).unwrap();
     let json = desk.json("paper table1 --test frames --weights rows -o out --runs 1 --threads 1 --json");
     let rows = json["table1"]["rows"].as_array().unwrap();
-    assert_eq!((&rows[0]["trained"], &rows[4]["trained"]), (&Value::Bool(false), &Value::Bool(true)));
-    assert!(rows[4]["ssim"]["mean"].as_f64().is_some_and(|ssim| ssim > 0.2), "{json}");
+    let row = |key: &str| rows.iter().find(|r| r["row"] == key).unwrap();
+    assert_eq!(row("deep_ao")["trained"], Value::Bool(false));
+    for key in ["ours", "gtao"] {
+        assert_eq!(row(key)["trained"], Value::Bool(true));
+        assert!(row(key)["ssim"]["mean"].as_f64().is_some_and(|ssim| ssim > 0.2), "{json}");
+    }
     desk.write("rows/base.safetensors", "not a model");
     for (line, name) in [
         ("paper table1", "table1"),

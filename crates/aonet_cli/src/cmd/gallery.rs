@@ -118,7 +118,7 @@ fn panels(
         }));
         panels.resize_with(panels.len().next_multiple_of(columns), blank);
         for shot in row {
-            let text = format!("{:.2} dB, SSIM {:.3}", shot.comparison.full.psnr, shot.comparison.full.ssim);
+            let text = format!("{:.1} dB, {:.3}", shot.comparison.full.psnr, shot.comparison.full.ssim);
             panels.push((picture::error(reference, &shot.ao)?, Caption { text, error_legend: true }));
         }
         panels.resize_with(panels.len().next_multiple_of(columns), blank);
