@@ -1,53 +1,60 @@
 //! `aonet classic`: AO from a G-buffer by a method without a network.
 
 use crate::frame_args::FrameArgs;
-use crate::output::{self, Style, table};
+use crate::output::{Style, table};
 use crate::setup;
 use anyhow::{Context, Result};
-use aonet::classic::Classic;
+use aonet::classic::{Classic, KnobValue};
 use clap::Parser;
 use std::path::PathBuf;
 use std::time::Instant;
 
-/// Compute the AO of a G-buffer by a classic method: gtao, vbao, hbao, ssao, ...
+/// Compute the AO of a G-buffer by a classic method: gtao, vbao, hbao, ssao, ssdo or nnao.
 ///
-/// G-buffers are those of `aonet infer`. --help-parameters lists what a method can be told.
+/// G-buffers are those of `aonet infer`. METHOD:tuned has parameters that were found on training frames; gtao:low to
+/// gtao:ultra (also of vbao) have another number of slices and steps.
 #[derive(Debug, Parser)]
-#[command(after_help = "Examples:
-  aonet classic gtao frame.exr -o ao.png
-  aonet classic gtao frame.exr -o ao.exr --set slices=9 --set falloff=0.1
-  aonet classic vbao frame.exr -o ao.exr --preset tuned.json
-  aonet classic gtao --help-parameters")]
+#[command(after_help = EXAMPLES, after_long_help = long_help())]
 pub(crate) struct Args {
     /// Method.
     method: String,
     #[command(flatten)]
-    frame: Option<FrameArgs>,
+    frame: FrameArgs,
     /// Parameters from a file, as `aonet tune` writes it; otherwise the defaults of the method's source.
     #[arg(long, value_name = "FILE.json")]
     preset: Option<PathBuf>,
-    /// One parameter; may be repeated, and comes after --preset.
+    /// One parameter; may be repeated, and comes after --preset. --help lists them all.
     #[arg(long, value_name = "NAME=VALUE", value_parser = assignment)]
     set: Vec<(String, f32)>,
-    /// List the method's parameters with their values and ranges instead.
-    #[arg(long)]
-    help_parameters: bool,
+}
+
+const EXAMPLES: &str = "Examples:
+  aonet classic gtao:tuned frame.exr -o ao.png
+  aonet classic gtao frame.exr -o ao.exr --set slices=9 --set falloff=0.1
+  aonet classic vbao frame.exr -o ao.exr --preset tuned.json";
+
+/// The examples and every method's parameters.
+fn long_help() -> String {
+    let row = |k: KnobValue| {
+        vec![k.name.into(), k.value.to_string(), format!("{} to {}", k.low, k.high), k.doc.into()]
+    };
+    let of = |method: Classic| {
+        let rows: Vec<_> = method.knobs().into_iter().map(row).collect();
+        let header = [method.name(), "default", "range", "what it does"];
+        table(&header, &rows, Style::Text)
+    };
+    let tables: Vec<_> = Classic::all().into_iter().map(of).collect();
+    format!("{EXAMPLES}\n\nParameters:\n\n{}", tables.join("\n"))
 }
 
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<()> {
     let method = method(args)?;
-    if args.help_parameters {
-        return list(&method);
-    }
-    let Some(frame_args) = &args.frame else {
-        anyhow::bail!("a G-buffer and --output are needed");
-    };
-    let (frame, params) = frame_args.load(None)?;
-    let pool = setup::pool(frame_args.threads)?;
+    let (frame, params) = args.frame.load(None)?;
+    let pool = setup::pool(args.frame.threads)?;
     let start = Instant::now();
     let image = pool.install(|| method.run(&frame.gbuffer, params))?;
-    frame_args.finish(&image, start, (method.name(), params))
+    args.frame.finish(&image, start, (method.name(), params))
 }
 
 fn method(args: &Args) -> Result<Classic> {
@@ -67,15 +74,6 @@ fn method(args: &Args) -> Result<Classic> {
         method.set(name, *value).with_context(|| format!("--set {name}={value}"))?;
     }
     Ok(method)
-}
-
-fn list(method: &Classic) -> Result<()> {
-    let rows: Vec<_> = method
-        .knobs()
-        .into_iter()
-        .map(|k| vec![k.name.into(), k.value.to_string(), format!("{} to {}", k.low, k.high), k.doc.into()])
-        .collect();
-    output::text(&table(&["parameter", "value", "range", "what it does"], &rows, Style::Text))
 }
 
 /// A parameter and its value, as `NAME=VALUE`.
