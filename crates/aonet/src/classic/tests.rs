@@ -177,7 +177,8 @@ fn horizons_converge_to_rays_where_nothing_is_hidden() {
     let params = AoParams { radius: 1.2 };
     let truth: Vec<f32> = (0..120 * 68).map(|i| marched(&frame, i, params.radius)).collect();
     let truth = AoImage::new(120, 68, truth).unwrap();
-    for (name, least) in [("gtao", 35.0), ("vbao", 30.0)] {
+    // Measured: 45.3 and 43.7 dB.
+    for (name, least) in [("gtao", 44.0), ("vbao", 42.5)] {
         let image = exact(name).run(&frame, params).unwrap();
         // The frame ends where the field does not.
         let inside: Vec<bool> =
@@ -215,6 +216,42 @@ fn a_mirrored_frame_gives_the_mirrored_image() {
         // Noise differs; so much is left of it with that many samples. NNAO has 16, and no symmetry but what it learnt.
         let least = if method.name() == "nnao" { 24.0 } else { 32.0 };
         assert!(score.psnr > least, "{}: {} dB", method.name(), score.psnr);
+    }
+}
+
+/// The floor and the wall, seen with the camera rolled about its axis.
+fn rolled(angle: f32) -> GBuffer {
+    let (sin, cos) = angle.sin_cos();
+    let planes =
+        floor_and_wall().map(|(n, d)| (Vec3A::new(cos * n.x - sin * n.y, sin * n.x + cos * n.y, n.z), d));
+    frame(PERSPECTIVE, (120, 120), &planes)
+}
+
+#[test]
+fn a_rolled_camera_sees_the_rolled_image() {
+    for method in Classic::all() {
+        let method = exact(method.name());
+        let run = |angle| method.run(&rolled(angle), AoParams { radius: 1.0 }).unwrap();
+        let upright = run(0.0);
+        for angle in [0.5, PI / 2.0, 2.3] {
+            let turned = run(angle);
+            let (sin, cos) = angle.sin_cos();
+            let mut squares = Vec::new();
+            for i in 0..120 * 120 {
+                let (x, y) = ((i % 120) as f32 - 59.5, 59.5 - (i / 120) as f32);
+                let (tx, ty) = (cos * x - sin * y + 59.5, 59.5 - (sin * x + cos * y));
+                // The radius reaches over the frame's edge farther out.
+                if x * x + y * y < 30.0 * 30.0 {
+                    let difference =
+                        upright.visibility()[i] - at(&turned, tx.round() as usize, ty.round() as usize);
+                    squares.push(difference * difference);
+                }
+            }
+            let rms = (squares.iter().sum::<f32>() / squares.len() as f32).sqrt();
+            // Measured: 0.013 at most; NNAO, which only learns what a turn is, 0.08.
+            let most = if method.name() == "nnao" { 0.12 } else { 0.02 };
+            assert!(squares.len() > 2000 && rms < most, "{} by {angle}: {rms}", method.name());
+        }
     }
 }
 
