@@ -26,9 +26,16 @@ impl Preset {
     /// # Errors
     /// When the file cannot be read, is no preset, or a parameter is out of its range.
     pub fn load(path: &Path) -> Result<Self> {
-        let text = std::fs::read(path).map_err(Error::io(path))?;
+        Self::from_bytes(&std::fs::read(path).map_err(Error::io(path))?, path)
+    }
+
+    /// The preset in a file's bytes; `path` names it in errors.
+    ///
+    /// # Errors
+    /// When they are no preset, or a parameter is out of its range.
+    pub fn from_bytes(bytes: &[u8], path: &Path) -> Result<Self> {
         let preset: Self =
-            serde_json::from_slice(&text).map_err(|e| Error::file(path, "parameters of a method", e))?;
+            serde_json::from_slice(bytes).map_err(|e| Error::file(path, "parameters of a method", e))?;
         preset.method.checked().map_err(Error::in_file(path))?;
         Ok(preset)
     }

@@ -1,6 +1,7 @@
 //! Replays what the fuzzers start from and what they found (`fuzz/seeds`): files named `crash-*` once broke a
 //! reader, all others are sound.
 
+use aonet::classic::Classic;
 use aonet::net::config::{Arch, Features, KernelWeights, Skips};
 use aonet::net::model::Precision;
 use aonet::net::{Graph, Model, ModelConfig, TrainingFacts, Weights};
@@ -59,6 +60,13 @@ fn manifest_seeds() {
 }
 
 #[test]
+fn preset_seeds() {
+    replay("preset", |bytes| {
+        aonet_offline::preset::Preset::from_bytes(bytes, Path::new("preset.json")).is_ok()
+    });
+}
+
+#[test]
 #[ignore = "writes fuzz/seeds"]
 fn write_fuzz_seeds() {
     let text = r#"{"eye":[0,1,3],"target":[0,0,0],"up":[0,1,0],"fov_y_deg":47,"width":3,"height":2,"near":0.05,"far":50,"radius":0.7}"#;
@@ -84,6 +92,11 @@ fn write_fuzz_seeds() {
     let geo_normal = Some(gbuffer.normal().to_vec());
     let frame = Frame { gbuffer, geo_normal, ao: Some(ao), radius: Some(0.7), view: Some(view) };
     std::fs::write(folder("frame").join("all_channels.exr"), frame.to_bytes().unwrap()).unwrap();
+    for (name, method) in ["gtao:tuned", "hbao:tuned"].map(|name| (name, Classic::named(name).unwrap())) {
+        let preset =
+            aonet_offline::preset::Preset { method, command: "aonet tune".into(), frames: "8".into() };
+        preset.save(&folder("preset").join(name.replace(":tuned", ".json"))).unwrap();
+    }
     let config = ModelConfig {
         arch: Arch::AoNet,
         features: Features::Normal,
