@@ -1,6 +1,7 @@
 //! What needs a scene, a disk or a gradient: scenes, ray-traced reference, frames, datasets,
 //! evaluation and training. Data flows one way: scene -> G-buffer -> AO -> table.
 
+mod adam;
 pub mod ao_file;
 pub mod atomic_file;
 pub mod dataset;
@@ -15,6 +16,7 @@ pub mod paper;
 pub mod picture;
 pub mod plot;
 pub mod preset;
+mod random;
 pub mod reference;
 pub mod scene;
 pub mod sensitivity;

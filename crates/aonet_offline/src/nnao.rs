@@ -1,10 +1,11 @@
 //! Training of NNAO's weights: pixels of training frames, mean squared error, Adam.
 // Holden, Saito, Komura 2016, §3, without dropout: so many pixels leave nothing to learn by heart.
 
+use crate::adam::{Adam, cosine_decay};
 use crate::dataset::{FrameEntry, Manifest, Split};
 use crate::error::{Error, Result};
 use crate::eval;
-use crate::tune::Random;
+use crate::random::Random;
 use aonet::AoParams;
 use aonet::classic::NnaoParams;
 use aonet::classic::nnao_weights::{INPUTS, NnaoTap, NnaoWeights, taps};
@@ -47,19 +48,22 @@ pub fn train(
     training: Training,
     progress: &(dyn Fn(usize, f64) + Sync),
 ) -> Result<(NnaoWeights, f64)> {
-    let mut random = Random(training.seed);
+    let mut random = Random::new(training.seed);
     let examples = examples(manifest, training.frames, &mut random)?;
     let (mean, deviation) = standard(&examples);
-    let mut values = NnaoWeights::start(&mut || random.unit() as f32);
+    let mut values = NnaoWeights::start(&mut || random.unit_f64() as f32);
     let mut mean_error = 0.0;
-    let mut moments = vec![[0.0f64; 2]; values.len()];
+    let mut moments = vec![[0.0; 2]; values.len()];
     for step in 0..training.steps {
         let weights = NnaoWeights::new(values.clone(), mean, deviation)?;
         let batch: Vec<&Example> =
             (0..training.batch.max(1)).map(|_| &examples[random.below(examples.len())]).collect();
         let (gradient, error) = gradient(&weights, &batch);
-        let rate = 0.5 * RATE * (1.0 + (std::f64::consts::PI * step as f64 / training.steps as f64).cos());
-        adam(&mut values, &mut moments, &gradient, (step + 1, rate));
+        let rate = cosine_decay(RATE, step as u64, training.steps as u64);
+        let adam = Adam::at(step as u64 + 1);
+        for ((value, [mean, square]), g) in values.iter_mut().zip(&mut moments).zip(gradient) {
+            *value -= (rate * adam.change([mean, square], g.into())) as f32;
+        }
         mean_error += (error - mean_error) * if step == 0 { 1.0 } else { SMOOTHING };
         progress(step + 1, mean_error);
     }
@@ -77,7 +81,7 @@ fn examples(manifest: &Manifest, count: usize, random: &mut Random) -> Result<Ve
             let i = pixels[random.below(pixels.len())];
             let at = (i % gbuffer.width(), i / gbuffer.width());
             let taps =
-                taps(&gbuffer, (&NnaoParams::default(), AoParams { ..params }), at, random.unit() as f32);
+                taps(&gbuffer, (&NnaoParams::default(), AoParams { ..params }), at, random.unit_f64() as f32);
             examples.push(Example { taps, occlusion: 1.0 - reference.visibility()[i] });
         }
     }
@@ -119,39 +123,28 @@ fn gradient(weights: &NnaoWeights, batch: &[&Example]) -> (Vec<f32>, f64) {
     (sum, shares.iter().map(|(_, e)| e).sum::<f64>() / batch.len() as f64)
 }
 
-/// A step of Adam. Kingma and Ba 2015, Algorithm 1, with its constants.
-fn adam(values: &mut [f32], moments: &mut [[f64; 2]], gradient: &[f32], (step, rate): (usize, f64)) {
-    let bias = [0.9f64, 0.999].map(|beta| 1.0 - beta.powi(step.min(i32::MAX as usize) as i32));
-    for ((value, [m, s]), g) in values.iter_mut().zip(moments).zip(gradient) {
-        let g = f64::from(*g);
-        *m = 0.9 * *m + 0.1 * g;
-        *s = 0.999 * *s + 0.001 * g * g;
-        *value -= (rate * (*m / bias[0]) / ((*s / bias[1]).sqrt() + 1e-8)) as f32;
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use aonet::classic::nnao_weights::COUNT;
 
     fn example(random: &mut Random) -> Example {
-        let mut unit = || 2.0 * random.unit() as f32 - 1.0;
+        let mut unit = || 2.0 * random.unit_f64() as f32 - 1.0;
         let mut tap = || NnaoTap {
             place: [0.7 * unit(), 0.7 * unit()],
             near: unit().abs(),
             inputs: std::array::from_fn(|_| unit()),
         };
         let taps = (0..16).map(|_| tap()).collect();
-        Example { taps, occlusion: random.unit() as f32 }
+        Example { taps, occlusion: random.unit_f64() as f32 }
     }
 
     #[test]
     fn the_gradient_is_that_of_finite_differences() {
-        let mut random = Random(3);
+        let mut random = Random::new(3);
         let examples: Vec<Example> = (0..4).map(|_| example(&mut random)).collect();
         let batch: Vec<&Example> = examples.iter().collect();
-        let values = NnaoWeights::start(&mut || random.unit() as f32);
+        let values = NnaoWeights::start(&mut || random.unit_f64() as f32);
         let at = |values: Vec<f32>| NnaoWeights::new(values, [0.1; INPUTS], [0.5; INPUTS]).unwrap();
         let (found, error) = gradient(&at(values.clone()), &batch);
         let plain = |w: &NnaoWeights| {

@@ -7,6 +7,11 @@ use glam::Vec3;
 pub(crate) struct Random(u64);
 
 impl Random {
+    /// The stream of a seed alone.
+    pub(crate) fn new(seed: u64) -> Self {
+        Self(seed)
+    }
+
     /// The stream of frame `index` of a scene, the same in every order and shard.
     pub(crate) fn of_frame(seed: u64, scene: &str, index: u32) -> Self {
         // FNV-1a with its published offset and prime; the separator keeps name and index apart.
@@ -14,11 +19,22 @@ impl Random {
         Self(bytes.fold(0xcbf2_9ce4_8422_2325, |h, b| (h ^ u64::from(b)).wrapping_mul(0x0100_0000_01b3)))
     }
 
+    /// The stream of a crop of a training step, so that a resumed run draws the same crops.
+    #[cfg(feature = "train")]
+    pub(crate) fn of_crop(seed: u64, step: u64, index: u64) -> Self {
+        [step, index].into_iter().fold(Self(seed), |mut random, key| Self(random.next() ^ key))
+    }
+
     pub(crate) fn next(&mut self) -> u64 {
         self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
         let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
         let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
         z ^ (z >> 31)
+    }
+
+    /// Uniform in [0, 1), to the last bit.
+    pub(crate) fn unit_f64(&mut self) -> f64 {
+        (self.next() >> 11) as f64 / (1u64 << 53) as f64
     }
 
     /// Uniform in [0, 1).

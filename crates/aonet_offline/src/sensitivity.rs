@@ -5,10 +5,10 @@
 //! Standard deviations are over the foreground of all test frames; the noise is put on the foreground of crops from the
 //! middle of some of them, and the change is measured there.
 
-use crate::dataset::random::Random;
 use crate::dataset::{FrameEntry, Manifest, Split};
 use crate::error::{Error, Result};
 use crate::eval;
+use crate::random::Random;
 use aonet::net::naive::{self, Planes};
 use aonet::net::{Features, Model};
 use aonet::{AoParams, GBuffer};

@@ -3,6 +3,7 @@
 use crate::dataset::{FrameEntry, Manifest, Split};
 use crate::error::{Error, Result};
 use crate::eval;
+use crate::random::Random;
 use aonet::classic::Classic;
 use aonet::metrics::{self, Window};
 use aonet::{AoImage, AoParams, GBuffer};
@@ -47,7 +48,7 @@ pub fn tune(
     progress: &(dyn Fn(usize, f64) + Sync),
 ) -> Result<Tuned> {
     let frames = load(manifest, search.frames)?;
-    let mut random = Random(search.seed);
+    let mut random = Random::new(search.seed);
     let loss_before = loss(&method, &frames)?;
     let mut best = Tuned { method, loss: loss_before, loss_before };
     for trial in 1..search.trials {
@@ -96,7 +97,7 @@ fn loss(method: &Classic, frames: &[TrainingFrame]) -> Result<f64> {
 /// Every parameter that is searched, drawn from its range.
 fn drawn(mut method: Classic, random: &mut Random) -> Result<Classic> {
     for knob in searched(&method) {
-        method.set(knob.name, knob.at(random.unit()))?;
+        method.set(knob.name, knob.at(random.unit_f64()))?;
     }
     Ok(method)
 }
@@ -105,11 +106,11 @@ fn drawn(mut method: Classic, random: &mut Random) -> Result<Classic> {
 fn nearby(mut method: Classic, random: &mut Random, reach: f64) -> Result<Classic> {
     let knobs = searched(&method);
     let share = (2.0 / knobs.len() as f64).max(0.25);
-    let sure = (random.unit() * knobs.len() as f64) as usize;
+    let sure = (random.unit_f64() * knobs.len() as f64) as usize;
     for (i, knob) in knobs.iter().enumerate() {
         // Two draws make a triangle about zero.
-        let moves = random.unit() < share || i == sure;
-        let by = reach * (random.unit() - random.unit());
+        let moves = random.unit_f64() < share || i == sure;
+        let by = reach * (random.unit_f64() - random.unit_f64());
         if moves {
             let by = if knob.whole { by.signum() * by.abs().max(1.01 / knob.span()) } else { by };
             method.set(knob.name, knob.at((knob.place() + by).clamp(0.0, 1.0)))?;
@@ -164,25 +165,6 @@ impl Scale {
             true => (self.value / self.low).ln() / (self.high / self.low).ln(),
             false => (self.value - self.low) / self.span(),
         }
-    }
-}
-
-/// SplitMix64 (Steele et al. 2014).
-pub(crate) struct Random(pub(crate) u64);
-
-impl Random {
-    /// In [0, 1).
-    pub(crate) fn unit(&mut self) -> f64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    /// In 0..`count`.
-    pub(crate) fn below(&mut self, count: usize) -> usize {
-        ((self.unit() * count as f64) as usize).min(count - 1)
     }
 }
 

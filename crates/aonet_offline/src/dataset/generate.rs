@@ -3,11 +3,11 @@
 use super::judge::Flaw;
 use super::manifest::{FrameEntry, Manifest};
 use super::plan::{Job, Plan, Shard};
-use super::random::Random;
 use super::sample::Stage;
 use crate::error::{Error, Result};
 use crate::frame::Frame;
 use crate::gbuffer;
+use crate::random::Random;
 use crate::reference::{Sampling, reference_ao};
 use crate::trace::Tracer;
 use std::collections::{BTreeMap, BTreeSet};

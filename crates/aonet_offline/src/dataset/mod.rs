@@ -12,7 +12,6 @@ mod manifest;
 mod merge;
 mod plan;
 mod propose;
-pub(crate) mod random;
 mod sample;
 mod scenes;
 mod sheet;

@@ -1,10 +1,10 @@
 //! A view of a scene that a person might take, for programs that are given none.
 
 use super::plan::{Preset, Recipe};
-use super::random::Random;
 use super::sample::Stage;
 use super::scenes::SceneSpec;
 use crate::error::Result;
+use crate::random::Random;
 use crate::trace::Tracer;
 use crate::view::View;
 

@@ -2,10 +2,10 @@
 
 use super::judge::{Flaw, Subject, Taste, judge};
 use super::plan::{RadiusRule, Recipe};
-use super::random::Random;
 use super::scenes::{Candidate, SceneSpec};
 use crate::error::{Error, Result};
 use crate::gbuffer;
+use crate::random::Random;
 use crate::scene::Bounds;
 use crate::trace::Tracer;
 use crate::view::View;

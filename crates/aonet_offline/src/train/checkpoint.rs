@@ -1,6 +1,6 @@
 //! A training run on disk: exact state to resume from, and models to use.
 
-use super::adam::{Gradients, Moments};
+use super::optimizer::{Gradients, Moments};
 use crate::atomic_file;
 use crate::error::{Error, Result};
 use aonet::net::{Graph, Tensor, Weights};

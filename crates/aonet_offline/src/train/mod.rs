@@ -4,7 +4,6 @@
 //! A run directory holds `config.json`, `log.jsonl`, `checkpoint.safetensors` (exact state), `best.safetensors`
 //! and `last.safetensors` (models) and `curves.svg`.
 
-mod adam;
 mod checkpoint;
 pub mod config;
 mod flex_ops;
@@ -12,6 +11,7 @@ mod frames;
 mod log;
 mod loss;
 mod net;
+mod optimizer;
 pub mod queue;
 mod samples;
 mod ssim;
@@ -27,9 +27,9 @@ pub use config::{Augment, LossConfig, Optimizer, SsimWindow, TrainConfig};
 pub use frames::Frames;
 pub use validate::Scores;
 
+use crate::adam::cosine_decay;
 use crate::dataset::Manifest;
 use crate::error::{Error, Result};
-use adam::cosine_decay;
 use aonet::net::{Graph, Model, TrainingFacts, Weights};
 use burn::tensor::Device;
 use checkpoint::State;

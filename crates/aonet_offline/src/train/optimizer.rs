@@ -1,6 +1,7 @@
 //! Optimisers on host vectors, so that a checkpoint is plain tensors and resuming is exact on every device.
 
 use super::config::Optimizer;
+use crate::adam::Adam;
 use aonet::net::{Tensor, Weights};
 use std::collections::BTreeMap;
 
@@ -41,36 +42,13 @@ impl Moments {
             for ((w, (m, s)), g) in tensor.values.iter_mut().zip(moments).zip(&gradients[name]) {
                 let g = f64::from(*g);
                 let change = match optimizer {
-                    Optimizer::Adam => adam.change(m, s, g),
+                    Optimizer::Adam => adam.change([m, s], g),
                     Optimizer::AdaDelta => ada_delta(m, s, g),
                 };
                 *w -= (rate * change) as f32;
             }
         }
         tensors
-    }
-}
-
-/// A step of Adam. Kingma and Ba 2015, Algorithm 1, with its constants.
-struct Adam {
-    /// What the moments lack because they began at zero.
-    bias: (f64, f64),
-}
-
-impl Adam {
-    const BETA1: f64 = 0.9;
-    const BETA2: f64 = 0.999;
-    const EPSILON: f64 = 1e-8;
-
-    fn at(step: u64) -> Self {
-        let power = step.min(i32::MAX as u64) as i32;
-        Self { bias: (1.0 - Self::BETA1.powi(power), 1.0 - Self::BETA2.powi(power)) }
-    }
-
-    fn change(&self, mean: &mut f32, square: &mut f32, g: f64) -> f64 {
-        *mean = (Self::BETA1 * f64::from(*mean) + (1.0 - Self::BETA1) * g) as f32;
-        *square = (Self::BETA2 * f64::from(*square) + (1.0 - Self::BETA2) * g * g) as f32;
-        f64::from(*mean) / self.bias.0 / ((f64::from(*square) / self.bias.1).sqrt() + Self::EPSILON)
     }
 }
 
@@ -86,11 +64,6 @@ fn ada_delta(changes: &mut f32, square: &mut f32, g: f64) -> f64 {
     let change = ratio.sqrt() * g;
     *changes = (DECAY * f64::from(*changes) + (1.0 - DECAY) * change * change) as f32;
     change
-}
-
-/// Half a cosine from `initial` at step 0 to zero at `steps`.
-pub(crate) fn cosine_decay(initial: f64, step: u64, steps: u64) -> f64 {
-    0.5 * initial * (1.0 + (std::f64::consts::PI * step as f64 / steps as f64).cos())
 }
 
 #[cfg(test)]
@@ -146,12 +119,5 @@ mod tests {
                 assert!((f64::from(new - old) - expected).abs() < 1e-6, "{name}: {old} -> {new}");
             }
         }
-    }
-
-    #[test]
-    fn the_rate_decays_from_the_initial_to_zero() {
-        assert_eq!(cosine_decay(1e-3, 0, 100), 1e-3);
-        assert!((cosine_decay(1e-3, 50, 100) - 5e-4).abs() < 1e-12);
-        assert!(cosine_decay(1e-3, 100, 100) < 1e-18);
     }
 }

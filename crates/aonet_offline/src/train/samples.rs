@@ -5,6 +5,7 @@ use crate::dataset::FrameEntry;
 use crate::dataset::Manifest;
 use crate::error::{Error, Result};
 use crate::frame::{Frame, FrameHints};
+use crate::random::Random;
 use aonet::net::Features;
 use aonet::net::config::Channel;
 use aonet::net::features::write_features;
@@ -176,7 +177,7 @@ pub(crate) fn load_all(
 
 /// Crop number `index` of step `step`: depends on nothing else but the seed and the frames.
 pub(crate) fn draw(samples: &[Sample], config: &TrainConfig, step: u64, index: usize) -> Crop {
-    let mut random = Random::new(config.seed, step, index as u64);
+    let mut random = Random::of_crop(config.seed, step, index as u64);
     let mut best: Option<(f32, Crop)> = None;
     for _ in 0..DRAWS {
         let sample = &samples[random.below(samples.len())];
@@ -196,37 +197,9 @@ pub(crate) fn draw(samples: &[Sample], config: &TrainConfig, step: u64, index: u
 
 fn symmetry(augment: Augment, random: &mut Random) -> Symmetry {
     let mirror = random.below(2) == 1 && augment.mirror;
-    let rolled = random.unit() < augment.roll;
+    let rolled = random.unit_f64() < augment.roll;
     let turns = 1 + random.below(3) as u64;
     Symmetry { mirror, quarter_turns: if rolled { turns } else { 0 } }
-}
-
-/// SplitMix64 (Steele et al. 2014), keyed by seed, step and crop so that a resumed run draws the same crops.
-struct Random(u64);
-
-impl Random {
-    fn new(seed: u64, step: u64, index: u64) -> Self {
-        let mut random = Self(seed);
-        random.0 = random.next() ^ step;
-        random.0 = random.next() ^ index;
-        random
-    }
-
-    fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let mut z = self.0;
-        z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
-    fn unit(&mut self) -> f64 {
-        (self.next() >> 11) as f64 / (1u64 << 53) as f64
-    }
-
-    fn below(&mut self, n: usize) -> usize {
-        ((self.unit() * n as f64) as usize).min(n - 1)
-    }
 }
 
 #[cfg(test)]
@@ -280,7 +253,7 @@ mod tests {
 
     #[test]
     fn crops_depend_on_seed_step_and_index_only() {
-        let draw = |seed, step, index| Random::new(seed, step, index).next();
+        let draw = |seed, step, index| Random::of_crop(seed, step, index).next();
         assert_eq!(draw(1, 2, 3), draw(1, 2, 3));
         let all = [draw(1, 2, 3), draw(2, 2, 3), draw(1, 3, 3), draw(1, 2, 4), draw(1, 3, 2)];
         assert!((1..5).all(|i| !all[..i].contains(&all[i])));

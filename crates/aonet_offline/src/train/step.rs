@@ -1,8 +1,8 @@
 //! Loss and gradients of one batch.
 
-use super::adam::Gradients;
 use super::loss::Loss;
 use super::net::{self, Kernels, Param};
+use super::optimizer::Gradients;
 use super::samples::Crop;
 use aonet::net::{Graph, Weights};
 use burn::tensor::{Device, Tensor, TensorData};

@@ -1,8 +1,8 @@
 //! The trainer against the oracle, the runtime, finite differences and itself.
 
-use super::adam::Gradients;
 use super::loss::Loss;
 use super::net::Kernels;
+use super::optimizer::Gradients;
 use super::samples::Crop;
 use super::step::{Stepper, single_threaded_pools};
 use super::{Augment, LossConfig, Optimizer, TrainConfig, TrainDevice, TrainRun, net, train};
