@@ -155,7 +155,8 @@ fn filtered<S: Wide>(
             let beside = across.mul_add(step_x, row);
             let away = deeper.mul_add(ray_across.mul_add(step_x, row_ray), beside).abs();
             let [nx, ny, nz] = &seen.normal[dy];
-            let normal = V3 { x: load(simd, nx, x + dx), y: load(simd, ny, x + dx), z: load(simd, nz, x + dx) };
+            let normal =
+                V3 { x: load(simd, nx, x + dx), y: load(simd, ny, x + dx), z: load(simd, nz, x + dx) };
             let facing = power(normal.dot(p.normal).saturate(), by.normal);
             let spatial = SPATIAL[dx.abs_diff(REACH)] * SPATIAL[dy.abs_diff(REACH)];
             let weight = away.mul_add(-tolerance * spatial, spatial).max(0.0) * facing;

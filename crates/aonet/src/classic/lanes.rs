@@ -134,13 +134,13 @@ impl<S: Wide> F<S> {
 
     #[inline(always)]
     pub(crate) fn abs(self) -> Self {
-        (self.bits() & 0x7fff_ffff).from_bits()
+        (self.bits() & 0x7fff_ffff).float_of_bits()
     }
 
     /// Its size with the sign of `other`, zero's included.
     #[inline(always)]
     pub(crate) fn with_sign_of(self, other: Self) -> Self {
-        ((self.bits() & 0x7fff_ffff) | (other.bits() & 0x8000_0000)).from_bits()
+        ((self.bits() & 0x7fff_ffff) | (other.bits() & 0x8000_0000)).float_of_bits()
     }
 
     /// Square root; 0 below 0.
@@ -217,7 +217,8 @@ impl<S: Wide> F<S> {
     #[inline(always)]
     pub(crate) fn acos(self) -> Self {
         let t = self.abs().min(1.0);
-        let positive = (1.0 - t).sqrt() * t.polynomial([1.570_728_8, -0.212_114_4, 0.074_261_0, -0.018_729_3]);
+        let positive =
+            (1.0 - t).sqrt() * t.polynomial([1.570_728_8, -0.212_114_4, 0.074_261_0, -0.018_729_3]);
         self.lt(0.0).select(PI - positive, positive)
     }
 
@@ -229,7 +230,7 @@ impl<S: Wide> F<S> {
         // With the exponent's bias, so that the shift sees no sign.
         let bits = self.bits() + ((127 << 23) - FRAC_1_SQRT_2.to_bits());
         let exponent = (bits >> 23).float() - 127.0;
-        let mantissa = ((bits & 0x007f_ffff) + FRAC_1_SQRT_2.to_bits()).from_bits() - 1.0;
+        let mantissa = ((bits & 0x007f_ffff) + FRAC_1_SQRT_2.to_bits()).float_of_bits() - 1.0;
         mantissa.mul_add(mantissa.polynomial(SERIES), exponent)
     }
 
@@ -241,7 +242,7 @@ impl<S: Wide> F<S> {
         let x = self.max(-126.0).min(126.0);
         let whole = x.round();
         let series = (x - whole.float()).polynomial(SERIES);
-        (series.bits() + (whole << 23)).from_bits()
+        (series.bits() + (whole << 23)).float_of_bits()
     }
 }
 

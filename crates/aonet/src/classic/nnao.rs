@@ -5,7 +5,7 @@
 
 use super::gtao::power;
 use super::lanes::{F, LANES};
-use super::nnao_weights::{HIDDEN, INPUTS, NnaoWeights};
+use super::nnao_weights::{HIDDEN, INPUTS, NnaoWeights, Unit};
 use super::noise::{TILE, noise_row};
 use super::params::params;
 use super::screen::{Pixels, Screen};
@@ -73,9 +73,12 @@ impl<'a> Nnao<'a> {
             (place, weights.filter_at(place))
         };
         let samples = params.samples as usize;
-        let spirals: Vec<_> =
-            (0..ROTATIONS).flat_map(|r| (0..params.samples).map(move |i| (r, i))).map(|(r, i)| tap(r, i)).collect();
-        let mut taps = vec![Taps { place: Default::default(), filter: Default::default() }; BLOCKS * TILE * samples];
+        let spirals: Vec<_> = (0..ROTATIONS)
+            .flat_map(|r| (0..params.samples).map(move |i| (r, i)))
+            .map(|(r, i)| tap(r, i))
+            .collect();
+        let mut taps =
+            vec![Taps { place: Default::default(), filter: Default::default() }; BLOCKS * TILE * samples];
         taps.par_chunks_mut(samples).enumerate().for_each(|(block, taps)| {
             let turns = &noise_row(block / BLOCKS)[block % BLOCKS * LANES..];
             for lane in 0..LANES {
@@ -98,7 +101,10 @@ impl PixelMethod for Nnao<'_> {
         let samples = self.params.samples as usize;
         let (mean, scale) = self.weights.standard();
         let inverse_radius = 1.0 / self.screen.radius;
-        let mut hidden = self.weights.hidden_bias().map(|bias| F::new(simd, bias));
+        let mut hidden = [F::new(simd, 0.0); HIDDEN];
+        for (sum, bias) in hidden.iter_mut().zip(self.weights.hidden_bias()) {
+            *sum = F::new(simd, bias);
+        }
         for taps in &self.taps[block * samples..][..samples] {
             let [dx, dy] = [F::load(simd, &taps.place[0]), F::load(simd, &taps.place[1])];
             let tap = self.screen.tap((dx.mul_add(p.radius_px, p.x), (-dy).mul_add(p.radius_px, p.y)));
@@ -110,14 +116,19 @@ impl PixelMethod for Nnao<'_> {
             for c in 0..INPUTS {
                 // Far away, as the background is, `near` is zero and the product must be too.
                 let input = near * ((inputs[c].max(-1e6).min(1e6) - mean[c]) * scale[c]);
-                for h in 0..HIDDEN {
-                    hidden[h] = input.mul_add(F::load(simd, &taps.filter[c * HIDDEN + h]), hidden[h]);
+                for (h, sum) in hidden.iter_mut().enumerate() {
+                    *sum = input.mul_add(F::load(simd, &taps.filter[c * HIDDEN + h]), *sum);
                 }
             }
         }
-        let occlusion =
-            self.weights.head(hidden, |v: F<S>, [below, above]| v.max(0.0) * above + v.min(0.0) * below);
-        power((1.0 - occlusion).saturate(), self.params.power)
+        power((1.0 - self.weights.head(hidden)).saturate(), self.params.power)
+    }
+}
+
+impl<S: Wide> Unit for F<S> {
+    #[inline(always)]
+    fn prelu(self, [below, above]: [f32; 2]) -> Self {
+        self.max(0.0).mul_add(above, self.min(0.0) * below)
     }
 }
 

@@ -41,14 +41,21 @@ impl Pyramid {
         }
         let mut depth = vec![0.0; 2 * rows * width];
         let lines = depth.par_chunks_mut(width).zip(screen.gbuffer().depth().par_chunks(width));
-        lines.for_each(|(to, from)| to.copy_from_slice(from));
+        lines.for_each(|(to, from)| {
+            to.iter_mut().zip(from).for_each(|(to, depth)| *to = depth.min(BACKGROUND))
+        });
         for level in 0..coarser {
             let size = (width.div_ceil(1 << level), height.div_ceil(1 << level));
             let (finer, above) = depth.split_at_mut(pyramid.start(level + 1) * width);
             let finer = &finer[pyramid.start(level) * width..];
             above.par_chunks_mut(width).take(size.1.div_ceil(2)).enumerate().for_each(|(y, line)| {
                 let pair = [2 * y, (2 * y + 1).min(size.1 - 1)].map(|y| &finer[y * width..][..size.0]);
-                isa.run(Coarser { pair, line: &mut line[..size.0.div_ceil(2)], range, soft: soft.max(1e-3) * range });
+                isa.run(Coarser {
+                    pair,
+                    line: &mut line[..size.0.div_ceil(2)],
+                    range,
+                    soft: soft.max(1e-3) * range,
+                });
             });
         }
         pyramid.depth = depth;
@@ -57,7 +64,7 @@ impl Pyramid {
 
     /// First row of a level: each takes half as many as the one before.
     fn start(&self, level: usize) -> usize {
-        2 * self.rows - (2 * self.rows >> level)
+        2 * self.rows - ((2 * self.rows) >> level)
     }
 
     /// The cell nearest to a place on the screen that is `pixels` away.
@@ -74,12 +81,11 @@ impl Pyramid {
         let start = 2 * self.rows as u32;
         let first = start.whole_lanes(level.simd());
         let index = (first - (first >> level) + row) * screen.size().0 as u32 + column;
-        let side = ((level + 127) << 23).from_bits();
+        let side = ((level + 127) << 23).float_of_bits();
         // Half a cell less half a pixel.
         let middle = side.mul_add(0.5, -0.5);
         let (x, y) = (column.float().mul_add(side, middle), row.float().mul_add(side, middle));
-        let depth = index.gather(&self.depth).min(BACKGROUND);
-        Tap { position: screen.position(x, y, depth), index, inside }
+        Tap { position: screen.position(x, y, index.gather(&self.depth)), index, inside }
     }
 }
 
@@ -101,7 +107,6 @@ impl Kernel for Coarser<'_> {
             let (left, right) = (x.index(last), (x + 1.0).index(last));
             let [above, below] = self.pair;
             let four = [left.gather(above), right.gather(above), left.gather(below), right.gather(below)];
-            let four = four.map(|depth| depth.min(BACKGROUND));
             let farthest = four[0].max(four[1]).max(four[2].max(four[3]));
             let (mut sum, mut weights) = (F::new(simd.wide(), 0.0), F::new(simd.wide(), 0.0));
             for depth in four {

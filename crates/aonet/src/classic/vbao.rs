@@ -103,7 +103,7 @@ impl<'a> Vbao<'a> {
         let cosine = self.params.cosine == 1;
         let low = (bounds.share(slice, low, cosine) * SECTORS).round();
         let high = (bounds.share(slice, high, cosine) * SECTORS).round();
-        felt.select(sectors(low, high).from_bits(), 0.0).bits()
+        felt.select(sectors(low, high).float_of_bits(), 0.0).bits()
     }
 }
 

@@ -21,8 +21,8 @@ impl<S: Wide> V3<S> {
 
     #[inline(always)]
     pub(crate) fn from_triples(simd: S, triples: &[[f32; 3]; LANES]) -> Self {
-        let [x, y, z] = simd.thirds(triples).map(|v| F(simd, v));
-        Self { x, y, z }
+        let [x, y, z] = simd.thirds(triples);
+        Self { x: F(simd, x), y: F(simd, y), z: F(simd, z) }
     }
 
     #[inline(always)]

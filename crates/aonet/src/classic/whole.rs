@@ -17,7 +17,7 @@ impl<S: Wide> U<S> {
 
     #[cfg(test)]
     pub(crate) fn array(self) -> [u32; super::lanes::LANES] {
-        self.from_bits().array().map(f32::to_bits)
+        self.float_of_bits().array().map(f32::to_bits)
     }
 
     /// Signed numbers as floats.
@@ -27,8 +27,8 @@ impl<S: Wide> U<S> {
     }
 
     #[inline(always)]
-    pub(crate) fn from_bits(self) -> F<S> {
-        F(self.0, self.0.from_bits(self.1))
+    pub(crate) fn float_of_bits(self) -> F<S> {
+        F(self.0, self.0.float_of_bits(self.1))
     }
 
     /// The values at these places; those beyond the end are at the last one.

@@ -74,7 +74,7 @@ pub trait Wide: Copy + Debug {
     /// A float's bits.
     fn bits(self, a: Self::F) -> Self::U;
     /// The float of such bits.
-    fn from_bits(self, a: Self::U) -> Self::F;
+    fn float_of_bits(self, a: Self::U) -> Self::F;
     /// The nearest whole number of floats in [-2^22, 2^22], as a signed one.
     fn round(self, a: Self::F) -> Self::U;
     /// Signed numbers in [-2^22, 2^22] as floats.
@@ -176,7 +176,7 @@ impl Wide for super::simd::Portable {
         shl_u(a: u32, by: u32) -> u32 = if by < 32 { a << by } else { 0 };
         shr_u(a: u32, by: u32) -> u32 = if by < 32 { a >> by } else { 0 };
         bits(a: f32) -> u32 = a.to_bits();
-        from_bits(a: u32) -> f32 = f32::from_bits(a);
+        float_of_bits(a: u32) -> f32 = f32::from_bits(a);
         // Casts to integers saturate, which costs more.
         round(a: f32) -> u32 = (a + ROUNDING).to_bits().wrapping_sub(ROUNDING.to_bits());
         float(a: u32) -> f32 = a as i32 as f32;

@@ -102,7 +102,7 @@ impl Wide for Avx512 {
         shl_u(a: U, by: U) -> U = _mm512_sllv_epi32(a, by);
         shr_u(a: U, by: U) -> U = _mm512_srlv_epi32(a, by);
         bits(a: F) -> U = _mm512_castps_si512(a);
-        from_bits(a: U) -> F = _mm512_castsi512_ps(a);
+        float_of_bits(a: U) -> F = _mm512_castsi512_ps(a);
         round(a: F) -> U = _mm512_cvtps_epi32(a);
         float(a: U) -> F = _mm512_cvtepi32_ps(a);
     }
@@ -229,7 +229,7 @@ impl Wide for Avx2 {
         shl_u(a: U, by: U) -> U = _mm256_sllv_epi32(a, by);
         shr_u(a: U, by: U) -> U = _mm256_srlv_epi32(a, by);
         bits(a: F) -> U = _mm256_castps_si256(a);
-        from_bits(a: U) -> F = _mm256_castsi256_ps(a);
+        float_of_bits(a: U) -> F = _mm256_castsi256_ps(a);
         round(a: F) -> U = _mm256_cvtps_epi32(a);
         float(a: U) -> F = _mm256_cvtepi32_ps(a);
     }
