@@ -190,8 +190,12 @@ impl Classic {
     /// # Errors
     /// When a parameter is out of its range; it is named.
     pub fn run(&self, gbuffer: &GBuffer, params: AoParams) -> Result<AoImage> {
+        self.run_with(gbuffer, params, Isa::new(Level::best())?)
+    }
+
+    /// The same with instructions of choice.
+    fn run_with(&self, gbuffer: &GBuffer, params: AoParams, isa: Isa) -> Result<AoImage> {
         let screen = Screen::new(gbuffer, AoParams::new(params.radius)?);
-        let isa = Isa::new(Level::best())?;
         let visibility = match self.checked()? {
             Self::Ssao(p) => finish(&screen, &ssao::Ssao::new(&screen, p), p.denoise(), isa),
             Self::Hbao(p) => finish(&screen, &hbao::Hbao::new(&screen, p), p.denoise(), isa),

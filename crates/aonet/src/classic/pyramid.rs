@@ -118,3 +118,47 @@ impl Kernel for Coarser<'_> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ao_image::AoParams;
+    use crate::camera::{Camera, Projection};
+    use crate::gbuffer::GBuffer;
+    use crate::net::cpu::{Level, Portable};
+    use glam::Vec3;
+
+    /// 20x12 pixels whose depth is 4 and a hundredth for every column and row.
+    fn slope() -> GBuffer {
+        let projection = Projection::Orthographic { height: 12.0 };
+        let camera = Camera::look_at((Vec3::ZERO, -Vec3::Z, Vec3::Y), projection, (20, 12), 0.0).unwrap();
+        let depth = (0..240).map(|i| 4.0 + (i % 20 + i / 20) as f32 * 0.01).collect();
+        GBuffer::new(camera, depth, vec![[0.0, 0.0, 1.0]; 240]).unwrap()
+    }
+
+    #[test]
+    fn far_taps_see_the_middle_of_their_cell() {
+        let frame = slope();
+        let screen = Screen::new(&frame, AoParams { radius: 1.0 });
+        for level in Level::available() {
+            // Nothing is too near to count: cells are plain means.
+            let pyramid = Pyramid::new(&screen, (3, 2.0), (1e3, 1.0), Isa::new(level).unwrap());
+            for (pixels, side) in [(5.6, 1), (5.7, 2), (11.3, 2), (11.4, 4), (1e6, 4)] {
+                let [x, y, away] = [9.0, 7.0, pixels].map(|v| F::new(Portable, v));
+                let tap = pyramid.tap(&screen, (x, y), away);
+                let middle = |v: usize| (v / side * side) as f32 + 0.5 * (side - 1) as f32;
+                let found = [tap.position.x, tap.position.y, tap.position.z].map(|v| v.array()[5]);
+                let expected = [middle(9) - 9.5, 5.5 - middle(7), -4.0 - (middle(9) + middle(7)) * 0.01];
+                for c in 0..3 {
+                    assert!(
+                        (found[c] - expected[c]).abs() < 1e-5,
+                        "{level:?} {pixels}: {found:?} {expected:?}"
+                    );
+                }
+            }
+            let outside =
+                pyramid.tap(&screen, (F::new(Portable, 20.0), F::new(Portable, 3.0)), F::new(Portable, 99.0));
+            assert_eq!(outside.inside.select(1.0, 0.0).array()[0], 0.0);
+        }
+    }
+}
