@@ -157,7 +157,7 @@ fn filtered<S: Wide>(
             let [nx, ny, nz] = &seen.normal[dy];
             let normal =
                 V3 { x: load(simd, nx, x + dx), y: load(simd, ny, x + dx), z: load(simd, nz, x + dx) };
-            let facing = power(normal.dot(p.normal).saturate(), by.normal);
+            let facing = power(normal.dot(p.normal).max(0.0), by.normal);
             let spatial = SPATIAL[dx.abs_diff(REACH)] * SPATIAL[dy.abs_diff(REACH)];
             let weight = away.mul_add(-tolerance * spatial, spatial).max(0.0) * facing;
             sum = load(simd, &seen.visibility[dy], x + dx).mul_add(weight, sum);

@@ -107,8 +107,8 @@ impl<'a> Gtao<'a> {
             let before = at.towards * (1.0 + self.params.thin_occluder);
             before.mul_add(before, at.along * at.along).sqrt()
         };
-        let weight = tap.inside.select(((self.radius - felt) * self.fade).saturate(), 0.0);
-        (at.towards * at.inverse_distance - lowest).mul_add(weight, lowest)
+        let weight = tap.inside.select(felt.mul_add(-self.fade, self.radius * self.fade).saturate(), 0.0);
+        at.towards.mul_add(at.inverse_distance, -lowest).mul_add(weight, lowest)
     }
 }
 

@@ -143,9 +143,9 @@ impl<'a> Screen<'a> {
     #[inline(always)]
     pub(crate) fn nearest<S: Wide>(&self, (x, y): (F<S>, F<S>)) -> ([U<S>; 2], Mask<S>) {
         let (width, height) = self.size();
-        let (column, row) = (x.index(width - 1), y.index(height - 1));
-        let outside = (x - column.float()).abs().max((y - row.float()).abs());
-        ([column, row], outside.le(0.5))
+        let (right, bottom) = (width as f32 - 0.5, height as f32 - 0.5);
+        let inside = x.le(right) & y.le(bottom) & !x.lt(-0.5) & !y.lt(-0.5);
+        ([x.index(width - 1), y.index(height - 1)], inside)
     }
 
     /// The pixel nearest to a place on the screen: the edge's where it is outside.
