@@ -3,13 +3,14 @@
 // presets as in Intel's XeGTAO 1.30. Where ours differs: a slice's light is divided by what it would be if open, so that
 // a plane is exactly 1; taps beside the slice are moved into it; taps outside the frame are skipped.
 
-use super::lanes::{F, Mask};
+use super::lanes::F;
 use super::noise::noise_at;
 use super::params::params;
 use super::pyramid::Pyramid;
 use super::screen::{Pixels, Screen};
 use super::slice::Slice;
 use super::{Denoise, PixelMethod};
+use crate::net::cpu::{Isa, Wide};
 
 params! {
     /// Parameters of GTAO. The defaults are XeGTAO's preset "High".
@@ -59,68 +60,92 @@ pub(crate) struct Gtao<'a> {
     pyramid: Pyramid,
     /// [world units]
     radius: f32,
+    /// How fast an occluder fades out [share a world unit].
+    fade: f32,
 }
 
 impl<'a> Gtao<'a> {
-    pub(crate) fn new(screen: &'a Screen<'a>, params: GtaoParams) -> Self {
+    pub(crate) fn new(screen: &'a Screen<'a>, params: GtaoParams, isa: Isa) -> Self {
         let radius = screen.radius * params.radius_scale;
         // XeGTAO looks at three quarters of the radius when it builds the pyramid.
-        let pyramid =
-            Pyramid::new(screen, (params.depth_levels, params.depth_offset), (0.75 * radius, params.falloff));
-        Self { screen, params, pyramid, radius }
+        let levels = (params.depth_levels, params.depth_offset);
+        let pyramid = Pyramid::new(screen, levels, (0.75 * radius, params.falloff), isa);
+        let fade = 1.0 / (params.falloff.max(1e-3) * radius);
+        Self { screen, params, pyramid, radius, fade }
     }
 
-    /// Cosine between the viewer and the highest occluder on one side, the tangent plane at least.
+    /// Cosine between the viewer and the highest occluder on both sides, the tangent plane at least.
     #[inline(always)]
-    fn highest(&self, p: &Pixels, slice: &Slice, (sign, jitter): (f32, F)) -> F {
-        let lowest = slice.sin_n * -sign;
-        let mut highest = lowest;
-        let inverse_fade = 1.0 / (self.params.falloff.max(1e-3) * self.radius);
+    fn highest<S: Wide>(&self, p: &Pixels<S>, slice: &Slice<S>, jitter: F<S>) -> [F<S>; 2] {
+        let lowest = [-slice.sin_n, slice.sin_n];
+        let [mut right, mut left] = lowest;
+        let reach = p.radius_px * self.params.radius_scale;
         for k in 0..self.params.steps {
             let share =
                 taper((jitter + k as f32) * (1.0 / self.params.steps as f32), self.params.distribution);
-            let pixels = (share * p.radius_px * self.params.radius_scale).max(1.0 + k as f32);
-            let tap = self.pyramid.tap(self.screen, slice.place(p, pixels * sign), pixels);
-            let at = slice.project(p, &tap);
-            let before = at.towards * (1.0 + self.params.thin_occluder);
-            let felt = (before * before + at.along * at.along).sqrt();
-            let weight = ((self.radius - felt) * inverse_fade).min(1.0);
-            let cosine = lowest + (at.towards / at.distance - lowest) * weight;
-            let found: Mask = tap.inside & F::from(0.0).lt(weight) & highest.lt(cosine);
-            highest = found.select(cosine, highest);
+            let pixels = (share * reach).max(1.0 + k as f32);
+            right = right.max(self.occluder(p, slice, (pixels, 1.0), lowest[0]));
+            left = left.max(self.occluder(p, slice, (pixels, -1.0), lowest[1]));
         }
-        highest
+        [right, left]
+    }
+
+    /// Cosine between the viewer and what is so many pixels away on one side; as far as it is too far away, `lowest`.
+    #[inline(always)]
+    fn occluder<S: Wide>(
+        &self,
+        p: &Pixels<S>,
+        slice: &Slice<S>,
+        (pixels, sign): (F<S>, f32),
+        lowest: F<S>,
+    ) -> F<S> {
+        let tap = self.pyramid.tap(self.screen, slice.place(p, pixels * sign), pixels);
+        let at = slice.project(p, &tap);
+        let felt = if self.params.thin_occluder == 0.0 {
+            at.squared * at.inverse_distance
+        } else {
+            let before = at.towards * (1.0 + self.params.thin_occluder);
+            before.mul_add(before, at.along * at.along).sqrt()
+        };
+        let weight = tap.inside.select(felt.mul_add(-self.fade, self.radius * self.fade).saturate(), 0.0);
+        at.towards.mul_add(at.inverse_distance, -lowest).mul_add(weight, lowest)
     }
 }
 
 impl PixelMethod for Gtao<'_> {
     #[inline(always)]
-    fn visibility(&self, p: &Pixels, (x, y): (usize, usize)) -> F {
-        let [turn, jitter] = noise_at(x, y);
+    fn visibility<S: Wide>(&self, p: &Pixels<S>, (x, y): (usize, usize)) -> F<S> {
+        let simd = p.x.simd();
+        let [turn, jitter] = noise_at(simd, x, y);
         let inverse = 1.0 / self.params.slices as f32;
-        let (mut light, mut open) = (F::from(0.0), F::from(0.0));
+        let (mut light, mut open) = (F::new(simd, 0.0), F::new(simd, 0.0));
         for s in 0..self.params.slices {
             let slice = Slice::new(p, (turn + s as f32) * inverse);
             // The golden ratio keeps the slices' taps apart.
             let jitter = (jitter + s as f32 * 0.618_034).fract();
-            for sign in [1.0, -1.0] {
-                let cosine = self.highest(p, &slice, (sign, jitter)).max(-1.0).min(1.0);
-                light += slice.normal_length * slice.arc(cosine.acos() * sign, cosine);
-            }
+            let [right, left] = self.highest(p, &slice, jitter);
+            light += slice.normal_length * (side(&slice, right, 1.0) + side(&slice, left, -1.0));
             open += slice.normal_length * slice.open();
         }
         power((light / open.max(1e-6)).saturate(), self.params.power)
     }
 }
 
+/// Light between the viewer and a horizon on one side.
+#[inline(always)]
+fn side<S: Wide>(slice: &Slice<S>, cosine: F<S>, sign: f32) -> F<S> {
+    let cosine = cosine.max(-1.0).min(1.0);
+    slice.arc(cosine.acos() * sign, [cosine, (1.0 - cosine * cosine).sqrt() * sign])
+}
+
 /// `t` in [0, 1] to the power of `exponent`.
 #[inline(always)]
-pub(crate) fn taper(t: F, exponent: f32) -> F {
+pub(crate) fn taper<S: Wide>(t: F<S>, exponent: f32) -> F<S> {
     if exponent == 2.0 { t * t } else { power(t, exponent) }
 }
 
 /// `v` in [0, 1] to the power of `exponent`.
 #[inline(always)]
-pub(crate) fn power(v: F, exponent: f32) -> F {
+pub(crate) fn power<S: Wide>(v: F<S>, exponent: f32) -> F<S> {
     if exponent == 1.0 { v } else { (v.max(1e-20).log2() * exponent).exp2() }
 }

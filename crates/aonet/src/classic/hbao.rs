@@ -11,6 +11,7 @@ use super::params::params;
 use super::screen::{Pixels, Screen};
 use super::slice::Slice;
 use super::{Denoise, PixelMethod};
+use crate::net::cpu::Wide;
 
 params! {
     /// Parameters of HBAO.
@@ -60,42 +61,50 @@ impl<'a> Hbao<'a> {
         Self { screen, params, cos_sin_bias: [cos, sin] }
     }
 
-    /// Occlusion on one side of a slice.
+    /// Occlusion on both sides of a slice.
     #[inline(always)]
-    fn occlusion(&self, p: &Pixels, slice: &Slice, (sign, jitter): (f32, F)) -> F {
-        let radius = self.screen.radius * self.params.radius_scale;
+    fn occlusion<S: Wide>(&self, p: &Pixels<S>, slice: &Slice<S>, jitter: F<S>) -> F<S> {
         // The tangent's elevation above the viewer's plane has the sine -sign sin n and the cosine cos n.
         let [cos_bias, sin_bias] = self.cos_sin_bias;
-        let mut highest = slice.sin_n * (-sign * cos_bias) + slice.cos_n.max(0.0) * sin_bias;
-        let mut occlusion = F::from(0.0);
+        let (across, up) = (slice.sin_n * cos_bias, slice.cos_n.max(0.0) * sin_bias);
+        let (mut right, mut left) = (up - across, up + across);
+        let mut occlusion = F::new(up.simd(), 0.0);
+        let reach = p.radius_px * self.params.radius_scale;
         for k in 0..self.params.steps {
             let share =
                 taper((jitter + k as f32) * (1.0 / self.params.steps as f32), self.params.distribution);
-            let pixels = (share * p.radius_px * self.params.radius_scale).max(1.0 + k as f32);
-            let (px, py) = slice.place(p, pixels * sign);
-            let tap = self.screen.tap(px, py);
-            let at = slice.project(p, &tap);
-            let sine = at.towards / at.distance;
-            let rises = tap.inside & at.distance.le(radius) & highest.lt(sine);
-            let far = at.distance * (1.0 / radius);
-            let weight = 1.0 - far * far * self.params.attenuation;
-            occlusion += rises.select((sine - highest) * weight, 0.0);
-            highest = rises.select(sine, highest);
+            let pixels = (share * reach).max(1.0 + k as f32);
+            occlusion += self.rise(p, slice, pixels, &mut right);
+            occlusion += self.rise(p, slice, -pixels, &mut left);
         }
         occlusion
+    }
+
+    /// What the horizon's rise to a tap adds to the occlusion.
+    #[inline(always)]
+    fn rise<S: Wide>(&self, p: &Pixels<S>, slice: &Slice<S>, pixels: F<S>, highest: &mut F<S>) -> F<S> {
+        let radius = self.screen.radius * self.params.radius_scale;
+        let tap = self.screen.tap(slice.place(p, pixels));
+        let at = slice.project(p, &tap);
+        let sine = at.towards * at.inverse_distance;
+        let rises = tap.inside & at.squared.le(radius * radius) & highest.lt(sine);
+        let weight = 1.0 - at.squared * (self.params.attenuation / (radius * radius));
+        let rise = rises.select((sine - *highest) * weight, 0.0);
+        *highest = rises.select(sine, *highest);
+        rise
     }
 }
 
 impl PixelMethod for Hbao<'_> {
     #[inline(always)]
-    fn visibility(&self, p: &Pixels, (x, y): (usize, usize)) -> F {
-        let [turn, jitter] = noise_at(x, y);
+    fn visibility<S: Wide>(&self, p: &Pixels<S>, (x, y): (usize, usize)) -> F<S> {
+        let simd = p.x.simd();
+        let [turn, jitter] = noise_at(simd, x, y);
         let inverse = 1.0 / self.params.slices as f32;
-        let mut occlusion = F::from(0.0);
+        let mut occlusion = F::new(simd, 0.0);
         for s in 0..self.params.slices {
             let slice = Slice::new(p, (turn + s as f32) * inverse);
-            let jitter = (jitter + s as f32 * 0.618_034).fract();
-            occlusion += self.occlusion(p, &slice, (1.0, jitter)) + self.occlusion(p, &slice, (-1.0, jitter));
+            occlusion += self.occlusion(p, &slice, (jitter + s as f32 * 0.618_034).fract());
         }
         power((1.0 - occlusion * (0.5 * inverse * self.params.strength)).saturate(), self.params.power)
     }

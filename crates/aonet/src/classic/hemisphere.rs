@@ -1,22 +1,24 @@
 //! Sample points around a pixel, turned by noise, and whether the depth buffer hides them.
 
-use super::lanes::{F, Mask, V3};
+use super::lanes::{F, Mask};
 use super::screen::{Pixels, Screen, Tap};
+use super::vector::V3;
+use crate::net::cpu::Wide;
 use std::f32::consts::TAU;
 
 /// Right-handed axes of every pixel; the third is given.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Basis {
-    x: V3,
-    y: V3,
-    z: V3,
+pub(crate) struct Basis<S: Wide> {
+    x: V3<S>,
+    y: V3<S>,
+    z: V3<S>,
 }
 
-impl Basis {
+impl<S: Wide> Basis<S> {
     /// Axes about the unit vector `z`, turned by `turn` half turns.
     // Duff et al. 2017, Building an Orthonormal Basis, Revisited.
     #[inline(always)]
-    pub(crate) fn about(z: V3, turn: F) -> Self {
+    pub(crate) fn about(z: V3<S>, turn: F<S>) -> Self {
         let sign = z.z.lt(0.0).select(-1.0, 1.0);
         let a = -1.0 / (sign + z.z);
         let b = z.x * z.y * a;
@@ -28,22 +30,21 @@ impl Basis {
 
     /// A direction of these axes in view space.
     #[inline(always)]
-    pub(crate) fn to_view(self, [x, y, z]: [f32; 3]) -> V3 {
-        self.x * x + self.y * y + self.z * z
+    pub(crate) fn to_view(self, [x, y, z]: [f32; 3]) -> V3<S> {
+        self.x.mul_add(x, self.y.mul_add(y, self.z * z))
     }
 }
 
 /// A view-space sample point on the screen: what is seen there, and how far in front of the sample it is.
 #[inline(always)]
-pub(crate) fn look(screen: &Screen<'_>, sample: V3) -> (Tap, F) {
-    let (x, y) = screen.place(sample);
-    let tap = screen.tap(x, y);
+pub(crate) fn look<S: Wide>(screen: &Screen<'_>, sample: V3<S>) -> (Tap<S>, F<S>) {
+    let tap = screen.tap(screen.place(sample));
     (tap, tap.position.z - sample.z)
 }
 
 /// Whether a sample lies in the frame and in front of a perspective camera, where it has a place on the screen.
 #[inline(always)]
-pub(crate) fn on_screen(p: &Pixels, sample: V3, tap: &Tap) -> Mask {
+pub(crate) fn on_screen<S: Wide>(p: &Pixels<S>, sample: V3<S>, tap: &Tap<S>) -> Mask<S> {
     // A sample nearer than a hundredth of the pixel's depth is as good as beside the camera.
     tap.inside & sample.z.lt(p.position.z * 0.01)
 }
@@ -69,13 +70,14 @@ pub(crate) fn van_der_corput(i: u32) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::net::cpu::Portable;
 
     #[test]
     fn axes_are_orthonormal_and_right_handed() {
         for z in [[0.0, 0.0, 1.0], [0.0, 0.0, -1.0], [0.48, -0.6, 0.64], [-0.8, 0.6, 0.0]] {
-            let z = V3::new(z[0], z[1], z[2]);
-            let b = Basis::about(z, F::from(0.3));
-            let close = |found: F, expected: f32| assert!((found.0[3] - expected).abs() < 1e-5);
+            let z = V3::new(Portable, z);
+            let b = Basis::about(z, F::new(Portable, 0.3));
+            let close = |found: F<_>, expected: f32| assert!((found.array()[3] - expected).abs() < 1e-5);
             close(b.x.dot(b.y), 0.0);
             close(b.x.dot(b.z), 0.0);
             close(b.y.dot(b.y), 1.0);

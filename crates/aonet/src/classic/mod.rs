@@ -3,8 +3,6 @@
 //! All take the same frame and the same AO radius as the networks. Each has a plain params struct whose defaults are
 //! those of its source; [`Classic`] names them, sets them by name, and runs them on the calling thread's pool.
 
-#![allow(clippy::needless_range_loop, reason = "loops over the lanes of several arrays become vectors")]
-
 mod denoise;
 pub mod gtao;
 pub mod hbao;
@@ -23,11 +21,13 @@ pub mod ssdo;
 #[cfg(test)]
 mod tests;
 pub mod vbao;
+mod vector;
+mod whole;
 
 use crate::ao_image::{AoImage, AoParams};
 use crate::error::{Error, Result};
 use crate::gbuffer::GBuffer;
-use crate::net::cpu::{Isa, Kernel, Level, Simd};
+use crate::net::cpu::{Isa, Kernel, Level, Simd, Wide};
 pub(crate) use denoise::Denoise;
 use lanes::{F, LANES};
 use nnao_weights::NnaoWeights;
@@ -190,8 +190,12 @@ impl Classic {
     /// # Errors
     /// When a parameter is out of its range; it is named.
     pub fn run(&self, gbuffer: &GBuffer, params: AoParams) -> Result<AoImage> {
+        self.run_with(gbuffer, params, Isa::new(Level::best())?)
+    }
+
+    /// The same with instructions of choice.
+    fn run_with(&self, gbuffer: &GBuffer, params: AoParams, isa: Isa) -> Result<AoImage> {
         let screen = Screen::new(gbuffer, AoParams::new(params.radius)?);
-        let isa = Isa::new(Level::best())?;
         let visibility = match self.checked()? {
             Self::Ssao(p) => finish(&screen, &ssao::Ssao::new(&screen, p), p.denoise(), isa),
             Self::Hbao(p) => finish(&screen, &hbao::Hbao::new(&screen, p), p.denoise(), isa),
@@ -200,7 +204,7 @@ impl Classic {
                 let weights = NnaoWeights::from_bytes(NNAO_WEIGHTS)?;
                 finish(&screen, &nnao::Nnao::new(&screen, p, &weights), p.denoise(), isa)
             }
-            Self::Gtao(p) => finish(&screen, &gtao::Gtao::new(&screen, p), p.denoise(), isa),
+            Self::Gtao(p) => finish(&screen, &gtao::Gtao::new(&screen, p, isa), p.denoise(), isa),
             Self::Vbao(p) => finish(&screen, &vbao::Vbao::new(&screen, p), p.denoise(), isa),
         };
         AoImage::new(gbuffer.width(), gbuffer.height(), visibility)
@@ -249,7 +253,7 @@ pub(crate) fn horizon_rows(
     (first, rows): (usize, &mut [f32]),
 ) {
     let screen = Screen::new(gbuffer, params);
-    let method = &gtao::Gtao::new(&screen, HORIZONS);
+    let method = &gtao::Gtao::new(&screen, HORIZONS, isa);
     for (i, line) in rows.chunks_exact_mut(gbuffer.width()).enumerate() {
         isa.run(Row { screen: &screen, method, y: first + i, line });
     }
@@ -274,7 +278,7 @@ pub(crate) fn filtered_rows(
 /// What a method does for neighbouring pixels. All it calls must be `#[inline(always)]`.
 trait PixelMethod: Sync {
     /// Visibility of the pixels from (`x`, `y`) on; what it says of the background does not matter.
-    fn visibility(&self, p: &Pixels, at: (usize, usize)) -> F;
+    fn visibility<S: Wide>(&self, p: &Pixels<S>, at: (usize, usize)) -> F<S>;
 }
 
 /// All pixels, then the filter, then the background.
@@ -299,11 +303,11 @@ struct Row<'a, M> {
 
 impl<M: PixelMethod> Kernel for Row<'_, M> {
     #[inline(always)]
-    fn run<S: Simd>(self, _: S) {
+    fn run<S: Simd>(self, simd: S) {
         for (i, out) in self.line.chunks_mut(LANES).enumerate() {
             let at = (i * LANES, self.y);
-            let visibility = self.method.visibility(&self.screen.pixels(at.0, at.1), at);
-            out.copy_from_slice(&visibility.0[..out.len()]);
+            let visibility = self.method.visibility(&self.screen.pixels(simd.wide(), at.0, at.1), at);
+            out.copy_from_slice(&visibility.array()[..out.len()]);
         }
     }
 }

@@ -5,11 +5,13 @@
 
 use super::gtao::power;
 use super::lanes::{F, LANES};
-use super::nnao_weights::{HIDDEN, INPUTS, NnaoWeights};
-use super::noise::noise_at;
+use super::nnao_weights::{HIDDEN, INPUTS, NnaoWeights, Unit};
+use super::noise::{TILE, noise_row};
 use super::params::params;
 use super::screen::{Pixels, Screen};
 use super::{Denoise, PixelMethod};
+use crate::net::cpu::Wide;
+use rayon::prelude::*;
 use std::f32::consts::TAU;
 
 params! {
@@ -38,6 +40,8 @@ impl NnaoParams {
 
 /// Rotations of the spiral.
 const ROTATIONS: usize = 64;
+/// Vectors in a row of the noise's tile.
+const BLOCKS: usize = TILE / LANES;
 
 /// Place of tap `i` of the spiral in the unit disk, y up.
 pub(crate) fn spiral(params: &NnaoParams, i: u32, rotation: f32) -> [f32; 2] {
@@ -46,13 +50,20 @@ pub(crate) fn spiral(params: &NnaoParams, i: u32, rotation: f32) -> [f32; 2] {
     [share * cos, share * sin]
 }
 
+/// A tap of sixteen pixels: its place by axis, and its filter by weight.
+#[derive(Clone, Copy)]
+struct Taps {
+    place: [[f32; LANES]; 2],
+    filter: [[f32; LANES]; INPUTS * HIDDEN],
+}
+
 /// NNAO of one frame.
 pub(crate) struct Nnao<'a> {
     screen: &'a Screen<'a>,
     params: NnaoParams,
     weights: &'a NnaoWeights,
-    /// Place and filter of every tap of every rotation.
-    taps: Vec<([f32; 2], [f32; INPUTS * HIDDEN])>,
+    /// All taps of sixteen pixels, then those of their neighbours, through the rows of the noise's tile.
+    taps: Vec<Taps>,
 }
 
 impl<'a> Nnao<'a> {
@@ -61,67 +72,75 @@ impl<'a> Nnao<'a> {
             let place = spiral(&params, i, r as f32 / ROTATIONS as f32);
             (place, weights.filter_at(place))
         };
-        let taps =
-            (0..ROTATIONS).flat_map(|r| (0..params.samples).map(move |i| (r, i))).map(|(r, i)| tap(r, i));
-        Self { screen, params, weights, taps: taps.collect() }
-    }
-
-    /// Index of the first tap of each pixel's rotation.
-    #[inline(always)]
-    fn rotations(&self, turn: F) -> [usize; LANES] {
-        let mut first = [0; LANES];
-        for i in 0..LANES {
-            first[i] = ((turn.0[i] * ROTATIONS as f32) as usize % ROTATIONS) * self.params.samples as usize;
-        }
-        first
+        let samples = params.samples as usize;
+        let spirals: Vec<_> = (0..ROTATIONS)
+            .flat_map(|r| (0..params.samples).map(move |i| (r, i)))
+            .map(|(r, i)| tap(r, i))
+            .collect();
+        let mut taps =
+            vec![Taps { place: Default::default(), filter: Default::default() }; BLOCKS * TILE * samples];
+        taps.par_chunks_mut(samples).enumerate().for_each(|(block, taps)| {
+            let turns = &noise_row(block / BLOCKS)[block % BLOCKS * LANES..];
+            for lane in 0..LANES {
+                let rotation = (turns[lane] * ROTATIONS as f32) as usize % ROTATIONS;
+                for (to, (place, filter)) in taps.iter_mut().zip(&spirals[rotation * samples..]) {
+                    to.place.iter_mut().zip(place).for_each(|(to, v)| to[lane] = *v);
+                    to.filter.iter_mut().zip(filter).for_each(|(to, v)| to[lane] = *v);
+                }
+            }
+        });
+        Self { screen, params, weights, taps }
     }
 }
 
 impl PixelMethod for Nnao<'_> {
     #[inline(always)]
-    fn visibility(&self, p: &Pixels, (x, y): (usize, usize)) -> F {
-        let [turn, _] = noise_at(x, y);
-        let first = self.rotations(turn);
+    fn visibility<S: Wide>(&self, p: &Pixels<S>, (x, y): (usize, usize)) -> F<S> {
+        let simd = p.x.simd();
+        let block = y % TILE * BLOCKS + x / LANES % BLOCKS;
+        let samples = self.params.samples as usize;
         let (mean, scale) = self.weights.standard();
         let inverse_radius = 1.0 / self.screen.radius;
-        let mut hidden = self.weights.hidden_bias().map(F::from);
-        for t in 0..self.params.samples as usize {
-            let (mut px, mut py) = ([0.0; LANES], [0.0; LANES]);
-            let mut filter = [[0.0; LANES]; INPUTS * HIDDEN];
-            for i in 0..LANES {
-                let ([dx, dy], weights) = &self.taps[first[i] + t];
-                (px[i], py[i]) = (*dx, *dy);
-                for k in 0..INPUTS * HIDDEN {
-                    filter[k][i] = weights[k];
-                }
-            }
-            let tap = self.screen.tap(p.x + F(px) * p.radius_px, p.y - F(py) * p.radius_px);
+        let mut hidden = [F::new(simd, 0.0); HIDDEN];
+        for (sum, bias) in hidden.iter_mut().zip(self.weights.hidden_bias()) {
+            *sum = F::new(simd, bias);
+        }
+        for taps in &self.taps[block * samples..][..samples] {
+            let [dx, dy] = [F::load(simd, &taps.place[0]), F::load(simd, &taps.place[1])];
+            let tap = self.screen.tap((dx.mul_add(p.radius_px, p.x), (-dy).mul_add(p.radius_px, p.y)));
             let away = tap.position - p.position;
             let near = (1.0 - away.dot(away).sqrt() * inverse_radius).saturate();
             let near = tap.inside.select(near, 0.0);
             let normal = self.screen.normal(tap.index) - p.normal;
             let inputs = [normal.x, normal.y, normal.z, away.z * inverse_radius];
-            for (c, input) in inputs.into_iter().enumerate() {
+            for c in 0..INPUTS {
                 // Far away, as the background is, `near` is zero and the product must be too.
-                let input = near * ((input.max(-1e6).min(1e6) - mean[c]) * scale[c]);
-                for h in 0..HIDDEN {
-                    hidden[h] += input * F(filter[c * HIDDEN + h]);
+                let input = near * ((inputs[c].max(-1e6).min(1e6) - mean[c]) * scale[c]);
+                for (h, sum) in hidden.iter_mut().enumerate() {
+                    *sum = input.mul_add(F::load(simd, &taps.filter[c * HIDDEN + h]), *sum);
                 }
             }
         }
-        let occlusion =
-            self.weights.head(hidden, |v: F, [below, above]| v.max(0.0) * above + v.min(0.0) * below);
-        power((1.0 - occlusion).saturate(), self.params.power)
+        power((1.0 - self.weights.head(hidden)).saturate(), self.params.power)
+    }
+}
+
+impl<S: Wide> Unit for F<S> {
+    #[inline(always)]
+    fn prelu(self, [below, above]: [f32; 2]) -> Self {
+        self.max(0.0).mul_add(above, self.min(0.0) * below)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::super::nnao_weights::{COUNT, taps};
+    use super::super::noise::noise_at;
     use super::*;
     use crate::ao_image::AoParams;
     use crate::camera::{Camera, Projection};
     use crate::gbuffer::GBuffer;
+    use crate::net::cpu::Portable;
     use glam::Vec3;
 
     #[test]
@@ -148,8 +167,8 @@ mod tests {
         let (mut compared, mut spread) = (0, [1.0f32, 0.0]);
         for y in 0..size.1 {
             for x in (0..size.0).step_by(LANES) {
-                let found = nnao.visibility(&screen.pixels(x, y), (x, y)).0;
-                let turns = noise_at(x, y)[0].0;
+                let found = nnao.visibility(&screen.pixels(Portable, x, y), (x, y)).array();
+                let turns = noise_at(Portable, x, y)[0].array();
                 for i in (0..LANES).filter(|i| frame.is_foreground(y * size.0 + x + i)) {
                     let rotation = (turns[i] * ROTATIONS as f32).floor() / ROTATIONS as f32;
                     let seen = taps(&frame, (&params, ao), (x + i, y), rotation);

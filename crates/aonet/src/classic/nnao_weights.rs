@@ -130,19 +130,20 @@ impl NnaoWeights {
 
     /// All layers after the first one's sum.
     #[inline(always)]
-    pub(crate) fn head<T>(&self, hidden: [T; HIDDEN], prelu: impl Fn(T, [f32; 2]) -> T) -> T
-    where
-        T: Copy + Mul<f32, Output = T> + Add<f32, Output = T> + Add<T, Output = T>,
-    {
+    pub(crate) fn head<T: Unit>(&self, hidden: [T; HIDDEN]) -> T {
         let v = |at: usize| self.values[at];
         let slopes = |at: usize, h: usize| [v(at + 2 * h), v(at + 2 * h + 1)];
-        let first: [T; HIDDEN] = std::array::from_fn(|h| prelu(hidden[h], slopes(FIRST_SLOPES, h)));
-        let second: [T; HIDDEN] = std::array::from_fn(|o| {
+        let mut first = hidden;
+        for h in 0..HIDDEN {
+            first[h] = hidden[h].prelu(slopes(FIRST_SLOPES, h));
+        }
+        let mut second = first;
+        for (o, unit) in second.iter_mut().enumerate() {
             let row = DENSE + o * HIDDEN;
             let sum =
                 first[0] * v(row) + first[1] * v(row + 1) + first[2] * v(row + 2) + first[3] * v(row + 3);
-            prelu(sum + v(DENSE_BIAS + o), slopes(SECOND_SLOPES, o))
-        });
+            *unit = (sum + v(DENSE_BIAS + o)).prelu(slopes(SECOND_SLOPES, o));
+        }
         let sum = second[0] * v(OUTPUT) + second[1] * v(OUTPUT + 1);
         sum + second[2] * v(OUTPUT + 2) + second[3] * v(OUTPUT + 3) + v(OUTPUT_BIAS)
     }
@@ -156,7 +157,7 @@ impl NnaoWeights {
                 *sum += (0..INPUTS).map(|c| inputs[c] * filter[c * HIDDEN + h]).sum::<f32>();
             }
         }
-        self.head(hidden, prelu)
+        self.head(hidden)
     }
 
     /// Inputs as the filter sees them.
@@ -176,11 +177,11 @@ impl NnaoWeights {
             }
         }
         let slopes = |at: usize, h: usize| [v(at + 2 * h), v(at + 2 * h + 1)];
-        let first: [f32; HIDDEN] = std::array::from_fn(|h| prelu(hidden[h], slopes(FIRST_SLOPES, h)));
+        let first: [f32; HIDDEN] = std::array::from_fn(|h| hidden[h].prelu(slopes(FIRST_SLOPES, h)));
         let sums: [f32; HIDDEN] = std::array::from_fn(|o| {
             v(DENSE_BIAS + o) + (0..HIDDEN).map(|h| first[h] * v(DENSE + o * HIDDEN + h)).sum::<f32>()
         });
-        let second: [f32; HIDDEN] = std::array::from_fn(|o| prelu(sums[o], slopes(SECOND_SLOPES, o)));
+        let second: [f32; HIDDEN] = std::array::from_fn(|o| sums[o].prelu(slopes(SECOND_SLOPES, o)));
         let occlusion = v(OUTPUT_BIAS) + (0..HIDDEN).map(|o| second[o] * v(OUTPUT + o)).sum::<f32>();
 
         let top = slope(occlusion);
@@ -233,8 +234,18 @@ impl NnaoWeights {
     }
 }
 
-fn prelu(v: f32, [below, above]: [f32; 2]) -> f32 {
-    if v > 0.0 { v * above } else { v * below }
+/// What the layers compute with: one pixel's number, or many at once.
+pub(crate) trait Unit:
+    Copy + Mul<f32, Output = Self> + Add<f32, Output = Self> + Add<Self, Output = Self>
+{
+    /// Times one slope below zero and times another one above.
+    fn prelu(self, slopes: [f32; 2]) -> Self;
+}
+
+impl Unit for f32 {
+    fn prelu(self, [below, above]: [f32; 2]) -> f32 {
+        if self > 0.0 { self * above } else { self * below }
+    }
 }
 
 /// The four cells of the filter about a place in the unit disk, and their shares.

@@ -1,17 +1,22 @@
 //! Numbers in [0, 1) for every pixel of a 64x64 tile, spread evenly over any neighbourhood.
 
 use super::lanes::{F, LANES};
+use crate::net::cpu::Wide;
 
 /// Side of the tile [px].
-const TILE: usize = 64;
+pub(crate) const TILE: usize = 64;
 
-/// Two numbers a pixel, row by row.
+/// Two numbers a pixel; rows go on where they begin, so that all that start in the tile are whole.
 // Index of the pixel along a Hilbert curve (Hilbert 1891) into the R2 sequence (Roberts 2018): what XeGTAO uses.
-static NOISE: [[f32; 2]; TILE * TILE] = {
-    let mut values = [[0.0; 2]; TILE * TILE];
+static NOISE: [[[f32; TILE + LANES]; TILE]; 2] = {
+    let mut values = [[[0.0; TILE + LANES]; TILE]; 2];
     let mut i = 0;
     while i < TILE * TILE {
-        values[i] = r2(hilbert_index(i % TILE, i / TILE) as f64);
+        let (x, y) = (i % TILE, i / TILE);
+        [values[0][y][x], values[1][y][x]] = r2(hilbert_index(x, y) as f64);
+        if x < LANES {
+            [values[0][y][x + TILE], values[1][y][x + TILE]] = [values[0][y][x], values[1][y][x]];
+        }
         i += 1;
     }
     values
@@ -19,13 +24,14 @@ static NOISE: [[f32; 2]; TILE * TILE] = {
 
 /// The numbers of the pixels from (`x`, `y`) on.
 #[inline(always)]
-pub(crate) fn noise_at(x: usize, y: usize) -> [F; 2] {
-    let row = &NOISE[y % TILE * TILE..][..TILE];
-    let (mut a, mut b) = ([0.0; LANES], [0.0; LANES]);
-    for i in 0..LANES {
-        [a[i], b[i]] = row[(x + i) % TILE];
-    }
-    [F(a), F(b)]
+pub(crate) fn noise_at<S: Wide>(simd: S, x: usize, y: usize) -> [F<S>; 2] {
+    let row = |which: usize| NOISE[which][y % TILE][x % TILE..].first_chunk().expect("a whole row");
+    [F::load(simd, row(0)), F::load(simd, row(1))]
+}
+
+/// The first of them for a whole row of the tile.
+pub(crate) fn noise_row(y: usize) -> &'static [f32] {
+    &NOISE[0][y % TILE][..TILE]
 }
 
 /// Element `n` of the R2 sequence: multiples of 1 over the plastic number and of its square, from 0.5.
@@ -72,11 +78,10 @@ mod tests {
     #[test]
     fn every_neighbourhood_has_all_of_the_range() {
         for (x, y) in [(0, 0), (16, 40), (52, 8)] {
-            for which in 0..2 {
+            for values in &NOISE {
                 let mut cells = [0; 4];
-                for row in y..y + 4 {
-                    let values = noise_at(x, row)[which].0;
-                    values[..4].iter().for_each(|v| cells[(v * 4.0) as usize] += 1);
+                for row in &values[y..y + 4] {
+                    row[x..x + 4].iter().for_each(|v| cells[(v * 4.0) as usize] += 1);
                 }
                 assert!(cells.iter().all(|c| (2..=6).contains(c)), "{cells:?}");
             }

@@ -11,6 +11,7 @@ use super::noise::noise_at;
 use super::params::params;
 use super::screen::{Pixels, Screen};
 use super::{Denoise, PixelMethod};
+use crate::net::cpu::Wide;
 
 params! {
     /// Parameters of SSAO.
@@ -69,20 +70,20 @@ impl<'a> Ssao<'a> {
 
 impl PixelMethod for Ssao<'_> {
     #[inline(always)]
-    fn visibility(&self, p: &Pixels, (x, y): (usize, usize)) -> F {
-        let [turn, _] = noise_at(x, y);
+    fn visibility<S: Wide>(&self, p: &Pixels<S>, (x, y): (usize, usize)) -> F<S> {
+        let [turn, _] = noise_at(p.x.simd(), x, y);
         let unit = self.screen.radius;
         let sphere = self.params.hemisphere == 0;
         let basis = Basis::about(if sphere { p.to_viewer } else { p.normal }, turn);
-        let mut hidden = F::from(0.0);
+        let mut hidden = F::new(turn.simd(), 0.0);
         for point in &self.points {
-            let sample = p.position + basis.to_view(*point) * (unit * self.params.radius_scale);
+            let sample = basis.to_view(*point).mul_add(unit * self.params.radius_scale, p.position);
             let (tap, in_front) = look(self.screen, sample);
             let before_pixel = (tap.position.z - p.position.z).abs().max(1e-20);
             let near = (unit * self.params.range / before_pixel).min(1.0);
             // Hermite, as shaders have it.
             let weight = near * near * (3.0 - 2.0 * near);
-            let counts = on_screen(p, sample, &tap) & F::from(unit * self.params.bias).lt(in_front);
+            let counts = on_screen(p, sample, &tap) & !in_front.le(unit * self.params.bias);
             hidden += counts.select(weight, 0.0);
         }
         let visibility = 1.0 - hidden * (1.0 / self.points.len() as f32);

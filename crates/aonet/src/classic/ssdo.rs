@@ -11,6 +11,7 @@ use super::noise::noise_at;
 use super::params::params;
 use super::screen::{Pixels, Screen};
 use super::{Denoise, PixelMethod};
+use crate::net::cpu::Wide;
 
 params! {
     /// Parameters of SSDO's occlusion.
@@ -59,18 +60,18 @@ impl<'a> Ssdo<'a> {
 
 impl PixelMethod for Ssdo<'_> {
     #[inline(always)]
-    fn visibility(&self, p: &Pixels, (x, y): (usize, usize)) -> F {
-        let [turn, jitter] = noise_at(x, y);
+    fn visibility<S: Wide>(&self, p: &Pixels<S>, (x, y): (usize, usize)) -> F<S> {
+        let [turn, jitter] = noise_at(p.x.simd(), x, y);
         let unit = self.screen.radius;
         let basis = Basis::about(p.normal, turn);
-        let mut hidden = F::from(0.0);
+        let mut hidden = F::new(turn.simd(), 0.0);
         for (direction, place) in &self.samples {
             let distance = power((jitter + *place).fract(), self.params.distribution);
-            let sample =
-                p.position + basis.to_view(*direction) * (distance * (unit * self.params.radius_scale));
+            let reach = distance * (unit * self.params.radius_scale);
+            let sample = basis.to_view(*direction).mul_add(reach, p.position);
             let (tap, in_front) = look(self.screen, sample);
             let counts = on_screen(p, sample, &tap)
-                & F::from(unit * self.params.bias).lt(in_front)
+                & !in_front.le(unit * self.params.bias)
                 & in_front.lt(unit * self.params.depth_limit);
             hidden += counts.select(1.0, 0.0);
         }

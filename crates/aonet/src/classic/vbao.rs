@@ -4,12 +4,14 @@
 // thickness there is a length in the world; here it is a share of the AO radius.
 
 use super::gtao::{power, taper};
-use super::lanes::{F, LANES, Mask};
+use super::lanes::F;
 use super::noise::noise_at;
 use super::params::params;
 use super::screen::{Pixels, Screen};
 use super::slice::Slice;
+use super::whole::{U, Whole};
 use super::{Denoise, PixelMethod};
+use crate::net::cpu::Wide;
 use std::f32::consts::{FRAC_PI_2, PI};
 
 params! {
@@ -64,47 +66,56 @@ impl<'a> Vbao<'a> {
 
     /// The occluded sectors of a slice.
     #[inline(always)]
-    fn occluded(&self, p: &Pixels, slice: &Slice, jitter: F) -> [u32; LANES] {
-        let mut occluded = [0; LANES];
-        let radius = self.screen.radius * self.params.radius_scale;
-        let thickness = self.screen.radius * self.params.thickness;
+    fn occluded<S: Wide>(&self, p: &Pixels<S>, slice: &Slice<S>, jitter: F<S>) -> U<S> {
+        let mut occluded = F::new(jitter.simd(), 0.0).bits();
+        let reach = p.radius_px * self.params.radius_scale;
         let bounds = Bounds::new(slice);
-        for sign in [1.0, -1.0] {
-            for k in 0..self.params.steps {
-                let share =
-                    taper((jitter + k as f32) * (1.0 / self.params.steps as f32), self.params.distribution);
-                let pixels = (share * p.radius_px * self.params.radius_scale).max(1.0 + k as f32);
-                let (px, py) = slice.place(p, pixels * sign);
-                let tap = self.screen.tap(px, py);
-                let front = slice.project(p, &tap);
-                let behind = front.towards - thickness;
-                let reach = (behind * behind + front.along * front.along).max(1e-36).sqrt();
-                // Angles from the viewer; those behind are larger.
-                let near = (front.towards / front.distance).acos() * sign;
-                let far = (behind / reach).acos() * sign;
-                let felt: Mask = tap.inside & front.distance.le(radius);
-                let (low, high) = if sign > 0.0 { (near, far) } else { (far, near) };
-                let sector =
-                    |angle: F| (bounds.share(slice, angle, self.params.cosine == 1) * SECTORS).round();
-                let bits = sectors(sector(low), sector(high));
-                for i in 0..LANES {
-                    occluded[i] |= bits[i] & felt.0[i];
-                }
+        for k in 0..self.params.steps {
+            let share =
+                taper((jitter + k as f32) * (1.0 / self.params.steps as f32), self.params.distribution);
+            let pixels = (share * reach).max(1.0 + k as f32);
+            for sign in [1.0, -1.0] {
+                occluded = occluded | self.behind_tap(p, (slice, &bounds), (pixels, sign));
             }
         }
         occluded
     }
+
+    /// The sectors that a tap so many pixels away on one side occludes.
+    #[inline(always)]
+    fn behind_tap<S: Wide>(
+        &self,
+        p: &Pixels<S>,
+        (slice, bounds): (&Slice<S>, &Bounds<S>),
+        (pixels, sign): (F<S>, f32),
+    ) -> U<S> {
+        let radius = self.screen.radius * self.params.radius_scale;
+        let thickness = self.screen.radius * self.params.thickness;
+        let tap = self.screen.tap(slice.place(p, pixels * sign));
+        let front = slice.project(p, &tap);
+        let behind = front.towards - thickness;
+        let inverse_reach = behind.mul_add(behind, front.along * front.along).max(1e-36).inverse_sqrt();
+        // Angles from the viewer; those behind are larger.
+        let near = (front.towards * front.inverse_distance).acos() * sign;
+        let far = (behind * inverse_reach).acos() * sign;
+        let felt = tap.inside & front.squared.le(radius * radius);
+        let (low, high) = if sign > 0.0 { (near, far) } else { (far, near) };
+        let cosine = self.params.cosine == 1;
+        let low = (bounds.share(slice, low, cosine) * SECTORS).round();
+        let high = (bounds.share(slice, high, cosine) * SECTORS).round();
+        felt.select(sectors(low, high).float_of_bits(), 0.0).bits()
+    }
 }
 
 /// The light below the hemisphere's ends.
-struct Bounds {
-    low: F,
-    inverse: F,
+struct Bounds<S: Wide> {
+    low: F<S>,
+    inverse: F<S>,
 }
 
-impl Bounds {
+impl<S: Wide> Bounds<S> {
     #[inline(always)]
-    fn new(slice: &Slice) -> Self {
+    fn new(slice: &Slice<S>) -> Self {
         let low = signed_arc(slice, slice.n - FRAC_PI_2);
         let high = signed_arc(slice, slice.n + FRAC_PI_2);
         Self { low, inverse: 1.0 / (high - low).max(1e-6) }
@@ -112,52 +123,45 @@ impl Bounds {
 
     /// Share of the slice on the negative side of an angle from the viewer.
     #[inline(always)]
-    fn share(&self, slice: &Slice, angle: F, cosine: bool) -> F {
+    fn share(&self, slice: &Slice<S>, angle: F<S>, cosine: bool) -> F<S> {
         if cosine {
             let angle = angle.max(slice.n - FRAC_PI_2).min(slice.n + FRAC_PI_2);
             ((signed_arc(slice, angle) - self.low) * self.inverse).saturate()
         } else {
-            ((angle - slice.n) * (1.0 / PI) + 0.5).saturate()
+            (angle - slice.n).mul_add(1.0 / PI, 0.5).saturate()
         }
     }
 }
 
 #[inline(always)]
-fn signed_arc(slice: &Slice, angle: F) -> F {
-    let cos = angle.abs().min(PI).cos_sin_of_half_turn().0;
-    let arc = slice.arc(angle, cos);
+fn signed_arc<S: Wide>(slice: &Slice<S>, angle: F<S>) -> F<S> {
+    let (cos, sin) = angle.abs().min(PI).cos_sin_of_half_turn();
+    let arc = slice.arc(angle, [cos, sin.with_sign_of(angle)]);
     angle.lt(0.0).select(-arc, arc)
 }
 
-/// Bits from `low` up to, not including, `high`; both whole and in 0..=32.
+/// Bits from `low` up to, not including, `high`; both in 0..=32.
 #[inline(always)]
-fn sectors(low: F, high: F) -> [u32; LANES] {
-    let (low, high) = (low.index(32), high.index(32));
-    let mut bits = [0; LANES];
-    for i in 0..LANES {
-        let below = |n: u32| ((1u64 << n) - 1) as u32;
-        bits[i] = below(high[i]) & !below(low[i]);
-    }
-    bits
+fn sectors<S: Wide>(low: U<S>, high: U<S>) -> U<S> {
+    let all = u32::MAX.whole_lanes(low.simd());
+    (all << low) & (all - (all << high))
 }
 
 impl PixelMethod for Vbao<'_> {
     #[inline(always)]
-    fn visibility(&self, p: &Pixels, (x, y): (usize, usize)) -> F {
-        let [turn, jitter] = noise_at(x, y);
+    fn visibility<S: Wide>(&self, p: &Pixels<S>, (x, y): (usize, usize)) -> F<S> {
+        let simd = p.x.simd();
+        let [turn, jitter] = noise_at(simd, x, y);
         let inverse = 1.0 / self.params.slices as f32;
-        let (mut light, mut open) = (F::from(0.0), F::from(0.0));
+        let (mut light, mut open) = (F::new(simd, 0.0), F::new(simd, 0.0));
         for s in 0..self.params.slices {
             let slice = Slice::new(p, (turn + s as f32) * inverse);
             let jitter = (jitter + s as f32 * 0.618_034).fract();
             let occluded = self.occluded(p, &slice, jitter);
-            let mut free = [0.0; LANES];
-            for i in 0..LANES {
-                free[i] = occluded[i].count_zeros() as f32 * (1.0 / SECTORS);
-            }
+            let free = 1.0 - occluded.count_ones().float() * (1.0 / SECTORS);
             let weight =
-                if self.params.cosine == 1 { slice.normal_length * slice.open() } else { F::from(1.0) };
-            light += weight * F(free);
+                if self.params.cosine == 1 { slice.normal_length * slice.open() } else { F::new(simd, 1.0) };
+            light += weight * free;
             open += weight;
         }
         power((light / open.max(1e-6)).saturate(), self.params.power)

@@ -23,9 +23,15 @@ mod session;
 mod simd;
 #[cfg(test)]
 mod tests;
+mod wide;
+#[cfg(target_arch = "x86_64")]
+mod wide_x86;
 #[cfg(target_arch = "x86_64")]
 mod x86;
 
 pub use level::{Isa, Level};
 pub use session::Session;
+#[cfg(test)]
+pub(crate) use simd::Portable;
 pub use simd::{Kernel, Simd};
+pub use wide::{WIDE, Wide};

@@ -1,14 +1,20 @@
 //! Vectors of f32, one source for every instruction set.
 
+use super::wide::Wide;
+
 /// A set of vector instructions. A value of an implementing type is the proof that the machine has them.
 pub trait Simd: Copy {
     /// `LANES` values.
     type V: Copy;
+    /// Sixteen values.
+    type Wide: Wide;
     /// Values in a vector.
     const LANES: usize;
     /// Vectors that a loop can accumulate into, leaving registers for its operands.
     const ACCUMULATORS: usize;
 
+    /// The same instructions for sixteen values.
+    fn wide(self) -> Self::Wide;
     /// The same value in all lanes.
     fn splat(self, value: f32) -> Self::V;
     /// The first `LANES` values of a slice that has them.
@@ -33,13 +39,18 @@ pub trait Kernel {
 
 /// Plain arrays: SSE2 or NEON, or whatever the compiler makes of them.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Portable;
+pub(crate) struct Portable;
 
 impl Simd for Portable {
     type V = [f32; 4];
+    type Wide = Self;
     const LANES: usize = 4;
     const ACCUMULATORS: usize = 8;
 
+    #[inline(always)]
+    fn wide(self) -> Self {
+        self
+    }
     #[inline(always)]
     fn splat(self, value: f32) -> Self::V {
         [value; 4]

@@ -48,9 +48,14 @@ macro_rules! simd {
      $set1:ident, $load:ident, $store:ident, $fmadd:ident, $add:ident, $mul:ident, $max:ident) => {
         impl Simd for $name {
             type V = $v;
+            type Wide = Self;
             const LANES: usize = $lanes;
             const ACCUMULATORS: usize = $accumulators;
 
+            #[inline(always)]
+            fn wide(self) -> Self {
+                self
+            }
             #[inline(always)]
             fn splat(self, value: f32) -> $v {
                 // SAFETY: `self` exists only if the instructions do.
