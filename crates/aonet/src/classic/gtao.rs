@@ -124,18 +124,11 @@ impl PixelMethod for Gtao<'_> {
             // The golden ratio keeps the slices' taps apart.
             let jitter = (jitter + s as f32 * 0.618_034).fract();
             let [right, left] = self.highest(p, &slice, jitter);
-            light += slice.normal_length * (side(&slice, right, 1.0) + side(&slice, left, -1.0));
+            light += slice.normal_length * (slice.light_above(right, 1.0) + slice.light_above(left, -1.0));
             open += slice.normal_length * slice.open();
         }
         power((light / open.max(1e-6)).saturate(), self.params.power)
     }
-}
-
-/// Light between the viewer and a horizon on one side.
-#[inline(always)]
-fn side<S: Wide>(slice: &Slice<S>, cosine: F<S>, sign: f32) -> F<S> {
-    let cosine = cosine.max(-1.0).min(1.0);
-    slice.arc(cosine.acos() * sign, [cosine, (1.0 - cosine * cosine).sqrt() * sign])
 }
 
 /// `t` in [0, 1] to the power of `exponent`.

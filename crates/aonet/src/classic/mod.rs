@@ -3,6 +3,7 @@
 //! All take the same frame and the same AO radius as the networks. Each has a plain params struct whose defaults are
 //! those of its source; [`Classic`] names them, sets them by name, and runs them on the calling thread's pool.
 
+pub mod agtao;
 mod denoise;
 pub mod gtao;
 pub mod hbao;
@@ -36,6 +37,7 @@ use rayon::prelude::*;
 use screen::{Pixels, Screen};
 use serde::{Deserialize, Serialize};
 
+pub use agtao::AgtaoParams;
 pub use gtao::GtaoParams;
 pub use hbao::HbaoParams;
 pub use nnao::NnaoParams;
@@ -62,6 +64,8 @@ pub enum Classic {
     Gtao(GtaoParams),
     /// Visibility bitmask. Therrien et al. 2023.
     Vbao(VbaoParams),
+    /// GTAO that attenuates every occluder by its own distance: ours.
+    Agtao(AgtaoParams),
 }
 
 /// Runs `$body` with `$params` bound to whatever parameters `$method` has.
@@ -74,6 +78,7 @@ macro_rules! each {
             Classic::Nnao($params) => $body,
             Classic::Gtao($params) => $body,
             Classic::Vbao($params) => $body,
+            Classic::Agtao($params) => $body,
         }
     };
 }
@@ -88,6 +93,7 @@ impl Classic {
             Self::Nnao(NnaoParams::default()),
             Self::Gtao(GtaoParams::default()),
             Self::Vbao(VbaoParams::default()),
+            Self::Agtao(AgtaoParams::default()),
         ]
     }
 
@@ -125,7 +131,7 @@ impl Classic {
         match self {
             Self::Gtao(p) => quality(&GtaoParams::QUALITY).map(|cost| (p.slices, p.steps) = cost).is_some(),
             Self::Vbao(p) => quality(&VbaoParams::QUALITY).map(|cost| (p.slices, p.steps) = cost).is_some(),
-            Self::Ssao(_) | Self::Hbao(_) | Self::Ssdo(_) | Self::Nnao(_) => false,
+            Self::Ssao(_) | Self::Hbao(_) | Self::Ssdo(_) | Self::Nnao(_) | Self::Agtao(_) => false,
         }
     }
 
@@ -138,6 +144,7 @@ impl Classic {
             Self::Nnao(_) => "nnao",
             Self::Gtao(_) => "gtao",
             Self::Vbao(_) => "vbao",
+            Self::Agtao(_) => "agtao",
         }
     }
 
@@ -182,6 +189,7 @@ impl Classic {
             Self::Hbao(p) => p.slices * p.steps * 2,
             Self::Gtao(p) => p.slices * p.steps * 2,
             Self::Vbao(p) => p.slices * p.steps * 2,
+            Self::Agtao(p) => p.slices * p.steps * 2,
         }
     }
 
@@ -206,6 +214,7 @@ impl Classic {
             }
             Self::Gtao(p) => finish(&screen, &gtao::Gtao::new(&screen, p, isa), p.denoise(), isa),
             Self::Vbao(p) => finish(&screen, &vbao::Vbao::new(&screen, p), p.denoise(), isa),
+            Self::Agtao(p) => finish(&screen, &agtao::Agtao::new(&screen, p), p.denoise(), isa),
         };
         AoImage::new(gbuffer.width(), gbuffer.height(), visibility)
     }

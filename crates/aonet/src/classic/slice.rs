@@ -94,6 +94,13 @@ impl<S: Wide> Slice<S> {
         ((2.0 * angle).mul_add(self.sin_n, self.cos_n) - of_double) * 0.25
     }
 
+    /// Light between the viewer and a horizon on one side, by the cosine between the two.
+    #[inline(always)]
+    pub(crate) fn light_above(&self, cosine: F<S>, sign: f32) -> F<S> {
+        let cosine = cosine.max(-1.0).min(1.0);
+        self.arc(cosine.acos() * sign, [cosine, (1.0 - cosine * cosine).sqrt() * sign])
+    }
+
     /// Light of the whole slice when nothing occludes: (cos n + n sin n).
     #[inline(always)]
     pub(crate) fn open(&self) -> F<S> {

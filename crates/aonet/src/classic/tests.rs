@@ -55,6 +55,13 @@ fn exact(name: &str) -> Classic {
         ],
         "vbao" => &[("slices", 32.0), ("steps", 48.0), ("cosine", 1.0), ("thickness", 10.0)],
         "hbao" => &[("slices", 32.0), ("steps", 48.0), ("angle_bias", 0.0), ("attenuation", 0.0)],
+        "agtao" => &[
+            ("slices", 32.0),
+            ("steps", 48.0),
+            ("radius_scale", 1.0),
+            ("attenuation", 0.0),
+            ("angle_bias", 0.0),
+        ],
         "nnao" => &[],
         _ => &[("samples", 256.0)],
     };
@@ -100,7 +107,7 @@ fn beside_a_wall(c: f32) -> f32 {
 #[test]
 fn a_floor_beside_a_wall_has_the_closed_form() {
     let frame = frame(PERSPECTIVE, (480, 270), &floor_and_wall());
-    for name in ["gtao", "vbao"] {
+    for name in ["gtao", "vbao", "agtao"] {
         let image = exact(name).run(&frame, AoParams { radius: 1.5 }).unwrap();
         let mut checked = 0;
         for y in 160..230 {
@@ -178,7 +185,7 @@ fn horizons_converge_to_rays_where_nothing_is_hidden() {
     let truth: Vec<f32> = (0..120 * 68).map(|i| marched(&frame, i, params.radius)).collect();
     let truth = AoImage::new(120, 68, truth).unwrap();
     // Measured: 45.3 and 43.7 dB.
-    for (name, least) in [("gtao", 44.0), ("vbao", 42.5)] {
+    for (name, least) in [("gtao", 44.0), ("vbao", 42.5), ("agtao", 42.5)] {
         let image = exact(name).run(&frame, params).unwrap();
         // The frame ends where the field does not.
         let inside: Vec<bool> =
