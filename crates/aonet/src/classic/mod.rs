@@ -237,22 +237,18 @@ pub struct KnobValue {
     pub value: f32,
 }
 
-/// What networks see and correct: GTAO with few taps.
-// `aonet tune gtao` found the last six values; two slices of three steps and one pass of the filter take 12 taps
-// where XeGTAO's "High" takes 18, and lose 0.007 SSIM to it (`aonet eval --split val`).
-pub(crate) const HORIZONS: GtaoParams = GtaoParams {
-    slices: 2,
-    steps: 3,
-    depth_levels: 1,
-    depth_offset: 3.3,
+/// What networks see and correct: attenuated GTAO, as `agtao:tuned`.
+pub(crate) const HORIZONS: AgtaoParams = AgtaoParams {
+    slices: 3,
+    steps: 6,
+    radius_scale: 1.348_342_2,
+    attenuation: 0.741_921_25,
+    angle_bias: 2.367_428,
+    distribution: 1.872_475_7,
+    power: 1.366_998_1,
     denoise_passes: 1,
-    thin_occluder: 0.0,
-    radius_scale: 1.606,
-    falloff: 0.526,
-    distribution: 1.416,
-    power: 1.928,
-    denoise_plane: 0.028,
-    denoise_normal: 11.3,
+    denoise_plane: 0.015_295_454,
+    denoise_normal: 5.945_274_4,
 };
 
 /// Rows from `first` on of [`HORIZONS`] before the filter. Allocates nothing.
@@ -262,7 +258,7 @@ pub(crate) fn horizon_rows(
     (first, rows): (usize, &mut [f32]),
 ) {
     let screen = Screen::new(gbuffer, params);
-    let method = &gtao::Gtao::new(&screen, HORIZONS, isa);
+    let method = &agtao::Agtao::new(&screen, HORIZONS);
     for (i, line) in rows.chunks_exact_mut(gbuffer.width()).enumerate() {
         isa.run(Row { screen: &screen, method, y: first + i, line });
     }

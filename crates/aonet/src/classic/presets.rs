@@ -3,12 +3,13 @@
 use super::Classic;
 
 /// Method and file.
-pub(super) const TUNED: [(&str, &str); 5] = [
+pub(super) const TUNED: [(&str, &str); 6] = [
     ("ssao", include_str!("../../presets/ssao.json")),
     ("hbao", include_str!("../../presets/hbao.json")),
     ("ssdo", include_str!("../../presets/ssdo.json")),
     ("gtao", include_str!("../../presets/gtao.json")),
     ("vbao", include_str!("../../presets/vbao.json")),
+    ("agtao", include_str!("../../presets/agtao.json")),
 ];
 
 /// The method in a preset file of this crate.
@@ -32,6 +33,8 @@ mod tests {
             assert_eq!(Classic::named(&format!("{name}:tuned")).unwrap(), method);
             assert_ne!(method, Classic::named(name).unwrap());
         }
+        // What networks were trained with.
+        assert_eq!(Classic::named("agtao:tuned").unwrap(), Classic::Agtao(crate::classic::HORIZONS));
         let [low, high] = ["gtao:low", "gtao:high"].map(|name| Classic::named(name).unwrap());
         assert_eq!((low.taps(), high.taps()), (4, 18));
         assert_eq!(high, Classic::named("gtao").unwrap());

@@ -39,7 +39,8 @@ pub enum Channel {
     DepthNormalized,
     /// (log2(AO radius in pixels) - 5) / 4; the background is infinitely far.
     ProjectedRadius,
-    /// 1 minus the visibility that GTAO finds with 12 taps a pixel; 0 on the background.
+    /// 1 minus the visibility that `agtao:tuned` finds ([`AgtaoParams`](crate::classic::AgtaoParams), 36 taps a pixel); 0 on the
+    /// background.
     HorizonOcclusion,
 }
 
