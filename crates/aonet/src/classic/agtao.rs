@@ -3,16 +3,16 @@
 // along it. Where the horizon rises, the light of that rise is lost, the less of it the farther away the occluder is:
 // a distant wall no longer hides what a near edge takes, as the highest horizon alone would have it.
 
+use super::PixelMethod;
 use super::gtao::{power, taper};
 use super::lanes::F;
 use super::noise::noise_at;
-use super::params::params;
+use super::params::filtered_params;
 use super::screen::{Pixels, Screen};
 use super::slice::Slice;
-use super::{Denoise, PixelMethod};
 use crate::net::cpu::Wide;
 
-params! {
+filtered_params! {
     /// Parameters of attenuated GTAO.
     AgtaoParams {
         /// Slices a pixel: less noise.
@@ -29,20 +29,10 @@ params! {
         distribution: f32 = 2.0 in 1.0..=4.0,
         /// Exponent on the visibility.
         power: f32 = 1.0 in 0.2..=4.0,
-        /// Passes of the edge-aware 5x5 filter.
-        denoise_passes: u32 = 1 in 0..=4,
-        /// Distance of a neighbour from the pixel's plane at which it stops counting [share of the AO radius].
-        denoise_plane: f32 = 0.05 in 0.001..=2.0,
-        /// Exponent on the cosine between the normals.
-        denoise_normal: f32 = 12.0 in 0.0..=64.0,
     }
 }
 
-impl AgtaoParams {
-    pub(crate) const fn denoise(&self) -> Denoise {
-        Denoise { passes: self.denoise_passes, plane: self.denoise_plane, normal: self.denoise_normal }
-    }
-}
+impl AgtaoParams {}
 
 /// Attenuated GTAO of one frame.
 pub(crate) struct Agtao<'a> {

@@ -3,16 +3,16 @@
 // presets as in Intel's XeGTAO 1.30. Where ours differs: a slice's light is divided by what it would be if open, so that
 // a plane is exactly 1; taps beside the slice are moved into it; taps outside the frame are skipped.
 
+use super::PixelMethod;
 use super::lanes::F;
 use super::noise::noise_at;
-use super::params::params;
+use super::params::filtered_params;
 use super::pyramid::Pyramid;
 use super::screen::{Pixels, Screen};
 use super::slice::Slice;
-use super::{Denoise, PixelMethod};
 use crate::net::cpu::{Isa, Wide};
 
-params! {
+filtered_params! {
     /// Parameters of GTAO. The defaults are XeGTAO's preset "High".
     GtaoParams {
         /// Slices a pixel: less noise.
@@ -34,12 +34,6 @@ params! {
         depth_levels: u32 = 5 in 1..=5,
         /// Taps farther than two to the power of it [px] come from coarser levels.
         depth_offset: f32 = 3.3 in 0.0..=8.0,
-        /// Passes of the edge-aware 5x5 filter.
-        denoise_passes: u32 = 1 in 0..=4,
-        /// Distance of a neighbour from the pixel's plane at which it stops counting [share of the AO radius].
-        denoise_plane: f32 = 0.05 in 0.001..=2.0,
-        /// Exponent on the cosine between the normals.
-        denoise_normal: f32 = 4.0 in 0.0..=64.0,
     }
 }
 
@@ -47,10 +41,6 @@ impl GtaoParams {
     /// XeGTAO's quality presets: "Low", "Medium", "High" and "Ultra" by slices and steps.
     pub const QUALITY: [(&'static str, u32, u32); 4] =
         [("low", 1, 2), ("medium", 2, 2), ("high", 3, 3), ("ultra", 9, 3)];
-
-    pub(crate) const fn denoise(&self) -> Denoise {
-        Denoise { passes: self.denoise_passes, plane: self.denoise_plane, normal: self.denoise_normal }
-    }
 }
 
 /// GTAO of one frame.

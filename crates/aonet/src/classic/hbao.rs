@@ -4,16 +4,16 @@
 // pairs (a slice through the viewer), angles are measured from the viewer's plane of every pixel instead of the image
 // plane's, and the noise is 64x64 instead of 4x4.
 
+use super::PixelMethod;
 use super::gtao::{power, taper};
 use super::lanes::F;
 use super::noise::noise_at;
-use super::params::params;
+use super::params::filtered_params;
 use super::screen::{Pixels, Screen};
 use super::slice::Slice;
-use super::{Denoise, PixelMethod};
 use crate::net::cpu::Wide;
 
-params! {
+filtered_params! {
     /// Parameters of HBAO.
     HbaoParams {
         /// Pairs of opposite directions a pixel: less noise.
@@ -32,20 +32,10 @@ params! {
         strength: f32 = 1.0 in 0.1..=4.0,
         /// Exponent on the visibility.
         power: f32 = 1.0 in 0.2..=4.0,
-        /// Passes of the edge-aware 5x5 filter.
-        denoise_passes: u32 = 1 in 0..=4,
-        /// Distance of a neighbour from the pixel's plane at which it stops counting [share of the AO radius].
-        denoise_plane: f32 = 0.05 in 0.001..=2.0,
-        /// Exponent on the cosine between the normals.
-        denoise_normal: f32 = 4.0 in 0.0..=64.0,
     }
 }
 
-impl HbaoParams {
-    pub(crate) fn denoise(&self) -> Denoise {
-        Denoise { passes: self.denoise_passes, plane: self.denoise_plane, normal: self.denoise_normal }
-    }
-}
+impl HbaoParams {}
 
 /// HBAO of one frame.
 pub(crate) struct Hbao<'a> {

@@ -3,18 +3,18 @@
 // spiral has one of 64 rotations instead of any, the filter is trained at the taps that it is used at, without dropout,
 // and outside of the frame a tap is skipped. The weights are our own.
 
+use super::PixelMethod;
 use super::gtao::power;
 use super::lanes::{F, LANES};
 use super::nnao_weights::{HIDDEN, INPUTS, NnaoWeights, Unit};
 use super::noise::{TILE, noise_row};
-use super::params::params;
+use super::params::filtered_params;
 use super::screen::{Pixels, Screen};
-use super::{Denoise, PixelMethod};
 use crate::net::cpu::Wide;
 use rayon::prelude::*;
 use std::f32::consts::TAU;
 
-params! {
+filtered_params! {
     /// Parameters of NNAO.
     NnaoParams {
         /// Taps of the spiral. The published shader knows 8, 16 and 32; the weights were trained with 16.
@@ -23,20 +23,10 @@ params! {
         turns: f32 = 2.5 in 0.5..=20.0,
         /// Exponent on the visibility.
         power: f32 = 1.0 in 0.2..=4.0,
-        /// Passes of the edge-aware 5x5 filter.
-        denoise_passes: u32 = 1 in 0..=4,
-        /// Distance of a neighbour from the pixel's plane at which it stops counting [share of the AO radius].
-        denoise_plane: f32 = 0.05 in 0.001..=2.0,
-        /// Exponent on the cosine between the normals.
-        denoise_normal: f32 = 4.0 in 0.0..=64.0,
     }
 }
 
-impl NnaoParams {
-    pub(crate) fn denoise(&self) -> Denoise {
-        Denoise { passes: self.denoise_passes, plane: self.denoise_plane, normal: self.denoise_normal }
-    }
-}
+impl NnaoParams {}
 
 /// Rotations of the spiral.
 const ROTATIONS: usize = 64;

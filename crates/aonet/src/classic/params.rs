@@ -103,6 +103,35 @@ macro_rules! params {
 }
 pub(crate) use params;
 
+/// The same with the parameters of the filter that runs after every method.
+macro_rules! filtered_params {
+    ($(#[doc = $about:literal])* $name:ident { $($fields:tt)* }) => {
+        $crate::classic::params::params! {
+            $(#[doc = $about])*
+            $name {
+                $($fields)*
+                /// Passes of the edge-aware 5x5 filter.
+                denoise_passes: u32 = 1 in 0..=4,
+                /// Distance of a neighbour from the pixel's plane at which it stops counting [share of the AO radius].
+                denoise_plane: f32 = 0.05 in 0.001..=2.0,
+                /// Exponent on the cosine between the normals.
+                denoise_normal: f32 = 4.0 in 0.0..=64.0,
+            }
+        }
+
+        impl $name {
+            pub(crate) const fn denoise(&self) -> $crate::classic::Denoise {
+                $crate::classic::Denoise {
+                    passes: self.denoise_passes,
+                    plane: self.denoise_plane,
+                    normal: self.denoise_normal,
+                }
+            }
+        }
+    };
+}
+pub(crate) use filtered_params;
+
 pub(crate) const fn is_whole(type_name: &str) -> bool {
     matches!(type_name.as_bytes(), b"u32")
 }

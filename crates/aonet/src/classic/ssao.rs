@@ -4,16 +4,16 @@
 // the points are a low-discrepancy set turned by 64x64 noise instead of a 4x4 texture, the filter is edge-aware, and the
 // sphere's visibility is doubled, so that an open wall, half of whose sphere is inside it, is 1.
 
+use super::PixelMethod;
 use super::gtao::power;
 use super::hemisphere::{Basis, directions, look, on_screen, van_der_corput};
 use super::lanes::F;
 use super::noise::noise_at;
-use super::params::params;
+use super::params::filtered_params;
 use super::screen::{Pixels, Screen};
-use super::{Denoise, PixelMethod};
 use crate::net::cpu::Wide;
 
-params! {
+filtered_params! {
     /// Parameters of SSAO.
     SsaoParams {
         /// Points a pixel: less noise.
@@ -31,20 +31,10 @@ params! {
         distribution: f32 = 2.0 in 0.33..=4.0,
         /// Exponent on the visibility.
         power: f32 = 1.0 in 0.2..=4.0,
-        /// Passes of the edge-aware 5x5 filter.
-        denoise_passes: u32 = 1 in 0..=4,
-        /// Distance of a neighbour from the pixel's plane at which it stops counting [share of the AO radius].
-        denoise_plane: f32 = 0.05 in 0.001..=2.0,
-        /// Exponent on the cosine between the normals.
-        denoise_normal: f32 = 4.0 in 0.0..=64.0,
     }
 }
 
-impl SsaoParams {
-    pub(crate) fn denoise(&self) -> Denoise {
-        Denoise { passes: self.denoise_passes, plane: self.denoise_plane, normal: self.denoise_normal }
-    }
-}
+impl SsaoParams {}
 
 /// SSAO of one frame.
 pub(crate) struct Ssao<'a> {

@@ -3,18 +3,18 @@
 // sectors there are equal angles; with `cosine` ours are equal shares of the slice's cosine-weighted light. The
 // thickness there is a length in the world; here it is a share of the AO radius.
 
+use super::PixelMethod;
 use super::gtao::{power, taper};
 use super::lanes::F;
 use super::noise::noise_at;
-use super::params::params;
+use super::params::filtered_params;
 use super::screen::{Pixels, Screen};
 use super::slice::Slice;
 use super::whole::{U, Whole};
-use super::{Denoise, PixelMethod};
 use crate::net::cpu::Wide;
 use std::f32::consts::{FRAC_PI_2, PI};
 
-params! {
+filtered_params! {
     /// Parameters of the visibility bitmask. The defaults are Bevy's preset "High".
     VbaoParams {
         /// Slices a pixel: less noise.
@@ -31,12 +31,6 @@ params! {
         cosine: u32 = 0 in 0..=1,
         /// Exponent on the visibility.
         power: f32 = 1.0 in 0.2..=4.0,
-        /// Passes of the edge-aware 5x5 filter.
-        denoise_passes: u32 = 1 in 0..=4,
-        /// Distance of a neighbour from the pixel's plane at which it stops counting [share of the AO radius].
-        denoise_plane: f32 = 0.05 in 0.001..=2.0,
-        /// Exponent on the cosine between the normals.
-        denoise_normal: f32 = 4.0 in 0.0..=64.0,
     }
 }
 
@@ -44,10 +38,6 @@ impl VbaoParams {
     /// Bevy's quality presets by slices and samples on each side.
     pub const QUALITY: [(&'static str, u32, u32); 4] =
         [("low", 1, 2), ("medium", 2, 2), ("high", 3, 3), ("ultra", 9, 3)];
-
-    pub(crate) fn denoise(&self) -> Denoise {
-        Denoise { passes: self.denoise_passes, plane: self.denoise_plane, normal: self.denoise_normal }
-    }
 }
 
 /// Sectors of a slice: the bits of a word.
