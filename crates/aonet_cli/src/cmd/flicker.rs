@@ -4,7 +4,6 @@ use crate::output::{self, Style, number, table};
 use crate::setup::{self, StageArgs};
 use anyhow::{Result, bail};
 use aonet::net::Model;
-use aonet::{AoImage, AoParams};
 use aonet_offline::View;
 use aonet_offline::eval::{Method, run as run_method};
 use aonet_offline::flicker::{Flicker, flicker};
@@ -22,7 +21,7 @@ use std::path::PathBuf;
 /// both see are compared. Without --scene, a scene made from code.
 #[derive(Debug, Parser)]
 #[command(after_help = "Examples:
-  aonet flicker
+  aonet flicker --classic gtao:tuned --classic agtao:tuned
   aonet flicker --scene robot.glb --model a.safetensors --model b.safetensors --frames 16 --step 0.5")]
 pub(crate) struct Args {
     #[command(flatten)]
@@ -30,6 +29,9 @@ pub(crate) struct Args {
     /// Network; may be repeated; the shipped one that serves any radius if absent.
     #[arg(long, value_name = "M.safetensors")]
     model: Vec<PathBuf>,
+    /// Classic method: a name, a preset of `aonet tune` (.json), or `all`; may be repeated.
+    #[arg(long, value_name = "METHOD")]
+    classic: Vec<String>,
     /// Frames of the path, at least 2.
     #[arg(long, default_value_t = 8)]
     frames: usize,
@@ -65,6 +67,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
             paths.iter().map(|p| Ok((setup::name_of(p), setup::model(Some(p))?))).collect::<Result<_>>()?
         }
     };
+    let classic = setup::classic(&args.classic)?;
     let (tracer, mut view) = args.stage.load()?;
     let middle = gbuffer::render(&tracer, &view)?;
     if args.stage.view.is_none() && args.stage.scene.is_some() {
@@ -77,11 +80,13 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     let reference = |(i, surface)| setup::reference(&tracer, surface, params, sampling(i));
     let references = (1..).zip(&path).map(reference).collect::<Result<Vec<_>>>()?;
     let gbuffers: Vec<_> = path.iter().map(|surface| surface.gbuffer.clone()).collect();
-    let threads = setup::threads(args.threads);
+    let (threads, pool) = (setup::threads(args.threads), setup::pool(args.threads)?);
+    let networks = models.iter().map(|(name, model)| (name, Method::Network { model, threads }));
+    let by_hand = classic.iter().map(|(name, method)| (name, Method::Classic { method, pool: &pool }));
     let mut rows = Vec::new();
-    for (name, model) in &models {
-        let of = |surface: &Surface| ao(model, threads, surface, params);
-        let images = path.iter().map(of).collect::<Result<Vec<_>>>()?;
+    for (name, method) in networks.chain(by_hand) {
+        let run = |gbuffer| Ok(run_method(&method, gbuffer, params)?.0);
+        let images = gbuffers.iter().map(run).collect::<Result<Vec<_>>>()?;
         rows.push((name.as_str(), flicker(&gbuffers, &references, &images)?));
     }
     // The reference's own noise: the same frames with other rays.
@@ -90,10 +95,6 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     let others = (1..).zip(&path).map(other).collect::<Result<Vec<_>>>()?;
     rows.push(("reference, other rays", flicker(&gbuffers, &references, &others)?));
     report(args, &rows)
-}
-
-fn ao(model: &Model, threads: usize, surface: &Surface, params: AoParams) -> Result<AoImage> {
-    Ok(run_method(&Method::Network { model, threads }, &surface.gbuffer, params)?.0)
 }
 
 /// The frames of the path; the view is in its middle.
