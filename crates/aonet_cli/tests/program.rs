@@ -232,7 +232,7 @@ fn classic_methods_run_are_tuned_and_drawn() {
     assert_eq!((&facts["method"], &facts["width"]), (&json!("gtao"), &json!(64)));
     assert!(desk.ok("classic --help").contains("thickness"));
     let gallery = desk.json("gallery frame.exr -o all.png --columns 3 --json");
-    assert_eq!(gallery["methods"].as_array().unwrap().len(), 7);
+    assert_eq!(gallery["methods"].as_array().unwrap().len(), 8);
     assert!(desk.path("all.png").exists() && desk.path("ao.exr").exists());
     for (line, word) in [
         ("classic gtoa frame.exr -o x.exr", "gtao"),
@@ -244,6 +244,19 @@ fn classic_methods_run_are_tuned_and_drawn() {
     ] {
         assert!(desk.fails(line).contains(word), "{line}");
     }
+}
+
+#[test]
+fn flicker_tells_networks_and_classic_methods_apart() {
+    let desk = Desk::new();
+    let rows = desk.json(
+        "flicker --width 96 --height 64 --frames 2 --spp 64 --classic ssao --classic agtao:tuned --json",
+    );
+    let names: Vec<_> = rows.as_array().unwrap().iter().map(|row| row["method"].as_str().unwrap()).collect();
+    assert_eq!(names, ["any_radius", "ssao", "agtao:tuned", "reference, other rays"]);
+    let excess: Vec<_> = rows.as_array().unwrap().iter().map(|row| row["excess"].as_f64().unwrap()).collect();
+    assert!(excess.iter().all(|e| *e > 0.0 && *e < 0.5) && excess[1] != excess[2], "{rows}");
+    assert!(desk.fails("flicker --frames 1").contains("at least 2 frames"));
 }
 
 #[test]
