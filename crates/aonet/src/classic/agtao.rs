@@ -95,6 +95,9 @@ impl<'a> Agtao<'a> {
         let at = slice.project(p, &tap);
         let cosine = at.towards * at.inverse_distance;
         let rises = tap.inside & at.squared.le(self.squared_radius) & horizon.cosine.lt(cosine);
+        if !rises.any() {
+            return F::new(p.x.simd(), 0.0);
+        }
         let weight = 1.0 - at.squared * (self.params.attenuation / self.squared_radius);
         let light = slice.light_above(cosine, horizon.sign);
         let lost = rises.select((horizon.light - light) * weight, 0.0);

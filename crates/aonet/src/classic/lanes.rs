@@ -247,6 +247,12 @@ impl<S: Wide> F<S> {
 }
 
 impl<S: Wide> Mask<S> {
+    /// Whether it holds for one of the pixels.
+    #[inline(always)]
+    pub(crate) fn any(self) -> bool {
+        self.0.any(self.1)
+    }
+
     /// `a` where it holds, `b` elsewhere.
     #[inline(always)]
     pub(crate) fn select(self, a: impl Number<S>, b: impl Number<S>) -> F<S> {
@@ -348,6 +354,11 @@ mod tests {
         assert_eq!((&chosen[..4], &chosen[14..]), (&[1.0, 1.0, 2.0, 3.0][..], &[14.0, 1.0][..]));
         let chosen = (two.lt(8.0) & two.le(6.0)).select(1.0, 0.0).array();
         assert_eq!(chosen[5..9], [1.0, 1.0, 0.0, 0.0]);
+        for i in 0..LANES {
+            let one = F::counting_from(simd, 0.0) - i as f32;
+            assert!((one.lt(0.5) & F::new(simd, -0.5).lt(one)).any());
+        }
+        assert!(!two.lt(0.0).any());
     }
 
     fn gathers<S: Wide>(simd: S) {

@@ -52,6 +52,8 @@ pub trait Wide: Copy + Debug {
     fn either(self, a: Self::M, b: Self::M) -> Self::M;
     /// The contrary.
     fn not(self, a: Self::M) -> Self::M;
+    /// Whether it holds for one of them.
+    fn any(self, a: Self::M) -> bool;
     /// `a` where it holds, `b` elsewhere.
     fn select(self, m: Self::M, a: Self::F, b: Self::F) -> Self::F;
 
@@ -144,6 +146,10 @@ impl Wide for super::simd::Portable {
     #[inline(always)]
     fn array(self, v: Self::F) -> [f32; WIDE] {
         v
+    }
+    #[inline(always)]
+    fn any(self, a: Self::M) -> bool {
+        a.contains(&true)
     }
     #[inline(always)]
     fn splat_u(self, value: u32) -> Self::U {

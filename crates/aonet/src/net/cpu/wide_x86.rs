@@ -72,6 +72,10 @@ impl Wide for Avx512 {
         !a
     }
     #[inline(always)]
+    fn any(self, a: __mmask16) -> bool {
+        a != 0
+    }
+    #[inline(always)]
     fn splat_u(self, value: u32) -> __m512i {
         // SAFETY: `self` exists only if the instructions do.
         unsafe { _mm512_set1_epi32(value as i32) }
@@ -194,6 +198,11 @@ impl Wide for Avx2 {
             _mm256_storeu_ps(to.as_mut_ptr().add(8), v[1]);
         }
         to
+    }
+    #[inline(always)]
+    fn any(self, a: Self::M) -> bool {
+        // SAFETY: `self` exists only if the instructions do.
+        unsafe { _mm256_movemask_ps(_mm256_or_ps(a[0], a[1])) != 0 }
     }
     #[inline(always)]
     fn splat_u(self, value: u32) -> Self::U {
