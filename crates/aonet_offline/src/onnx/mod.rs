@@ -6,6 +6,9 @@
 
 mod plain;
 mod proto;
+#[cfg(test)]
+mod tests;
+mod tuned;
 mod writer;
 
 use crate::error::{Error, Result};
@@ -92,9 +95,9 @@ pub fn export(model: &Model, form: Form, extent: Extent) -> Result<Exported> {
     let features = padded(&mut writer, model, extent);
     let raw = match form {
         Form::Plain => plain::write(&mut writer, model, &features),
-        Form::Tuned => plain::write(&mut writer, model, &features),
+        Form::Tuned => tuned::write(&mut writer, model, &features),
     };
-    finish(&mut writer, &raw, extent);
+    finish(&mut writer, &raw, (features != INPUT).then_some(extent));
     let port = |name, channels| {
         let [height, width] = match extent {
             Extent::Dynamic => [Side::Named("height"), Side::Named("width")],
@@ -134,13 +137,13 @@ fn padded(writer: &mut Writer, model: &Model, extent: Extent) -> String {
     }
 }
 
-/// Crops what was padded and clamps.
-fn finish(writer: &mut Writer, raw: &str, extent: Extent) {
-    let cropped = match extent {
-        Extent::Fixed { width, height } => {
+/// Crops to what was padded, and clamps.
+fn finish(writer: &mut Writer, raw: &str, padded: Option<Extent>) {
+    let cropped = match padded {
+        Some(Extent::Fixed { width, height }) => {
             plain::window(writer, ("crop", raw), ([0, 0], [height as i64, width as i64]))
         }
-        Extent::Dynamic => raw.to_owned(),
+        Some(Extent::Dynamic) | None => raw.to_owned(),
     };
     let bounds = [0.0, 1.0].map(|bound| writer.scalar(bound));
     writer.node((OUTPUT, "Clip"), &[&cropped, &bounds[0], &bounds[1]], &[]);

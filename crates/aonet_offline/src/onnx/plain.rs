@@ -5,7 +5,7 @@ use aonet::net::graph::{FIRST_TAP, GUIDE_CHANNELS, LEAKY_SLOPE, WINDOW};
 use aonet::net::{Activation, KernelWeights, Model, Op, Tensor};
 
 /// Position in a slice that stands for the end.
-const END: i64 = i64::MAX;
+pub(super) const END: i64 = i64::MAX;
 
 /// Appends the network; returns the name of the visibility before clamping, 1x1xHxW.
 pub(super) fn write(writer: &mut Writer, model: &Model, features: &str) -> String {
@@ -33,12 +33,7 @@ pub(super) fn write(writer: &mut Writer, model: &Model, features: &str) -> Strin
                 correct(writer, (&values[*input], *channel), &values[*correction])
             }
             Op::KernelPredict { kernels, guide, patch, weights } => {
-                let kernels = match patch {
-                    1 => values[*kernels].clone(),
-                    // Channel pixel * 48 + k.
-                    _ => depth_to_space(writer, ("kernels", &values[*kernels]), (*patch, "DCR")),
-                };
-                kernel_predict(writer, (&kernels, &values[*guide]), *weights)
+                kernel_predict(writer, (&values[*kernels], &values[*guide]), (*patch, *weights))
             }
         };
         values.push(value);
@@ -154,23 +149,37 @@ pub(super) fn window(
     writer.node((name, "Slice"), &[input, &bounds[0], &bounds[1], &bounds[2]], &[])
 }
 
-/// See [`Op::KernelPredict`]; kernels 48xHxW. AO-Net §3.3, Eq. 2.
-fn kernel_predict(writer: &mut Writer, (kernels, guide): (&str, &str), weights: KernelWeights) -> String {
+/// See [`Op::KernelPredict`]. AO-Net §3.3, Eq. 2.
+pub(super) fn kernel_predict(
+    writer: &mut Writer,
+    (kernels, guide): (&str, &str),
+    (patch, weights): (usize, KernelWeights),
+) -> String {
+    let kernels = match patch {
+        1 => kernels.to_owned(),
+        // Channel pixel * 48 + k.
+        _ => depth_to_space(writer, ("kernels", kernels), (patch, "DCR")),
+    };
     let neighbours = neighbours(writer, guide);
     let kernels = match weights {
-        KernelWeights::Softmax => return softmax_kernels(writer, kernels, &neighbours),
+        KernelWeights::Softmax => return softmax_kernels(writer, &kernels, &neighbours),
         KernelWeights::Linear | KernelWeights::Off | KernelWeights::Correction => kernels,
     };
-    let weighed = writer.node(("weighed", "Mul"), &[kernels, &neighbours], &[]);
+    let weighed = writer.node(("weighed", "Mul"), &[&kernels, &neighbours], &[]);
     mean_of_components(writer, &weighed)
+}
+
+/// The guide's three channels with as many pixels around them as the taps reach.
+pub(super) fn padded_normal(writer: &mut Writer, guide: &str) -> String {
+    let normal = channels(writer, ("normal", guide), (0, GUIDE_CHANNELS));
+    let before = FIRST_TAP.unsigned_abs();
+    let after = WINDOW - 1 - before;
+    pad_edge(writer, "normal/pad", &normal, [before, before, after, after])
 }
 
 /// The guide's three channels at every tap: channel `tap * 3 + c`.
 fn neighbours(writer: &mut Writer, guide: &str) -> String {
-    let normal = channels(writer, ("normal", guide), (0, GUIDE_CHANNELS));
-    let before = FIRST_TAP.unsigned_abs();
-    let after = WINDOW - 1 - before;
-    let padded = pad_edge(writer, "normal/pad", &normal, [before, before, after, after]);
+    let padded = padded_normal(writer, guide);
     let end = |first: usize| match WINDOW - 1 - first {
         0 => END,
         left => -(left as i64),
