@@ -41,18 +41,22 @@ pub(super) fn write(writer: &mut Writer, model: &Model, features: &str) -> Strin
     values.pop().expect("a graph has an output")
 }
 
-/// See [`Op::PatchPartition`]. ONNX puts the channel last: `(dy * patch + dx) * C + c`.
+/// See [`Op::PatchPartition`]. ONNX puts the channel last, `(dy * patch + dx) * C + c`: every channel goes by itself. (To
+/// reorder channels with one `Gather` would be shorter, but OpenVINO 2026.4 folds it into the convolution that follows and
+/// gets it wrong.)
 pub(super) fn patch_partition(
     writer: &mut Writer,
     (name, input): (&str, &str),
-    (channels, patch): (usize, usize),
+    (depth, patch): (usize, usize),
 ) -> String {
-    let packed = format!("{name}/pixel_first");
-    let packed = writer.node((&packed, "SpaceToDepth"), &[input], &[("blocksize", Attribute::Int(patch))]);
-    let area = patch * patch;
-    let order: Vec<i64> = (0..channels * area).map(|c| (c % area * channels + c / area) as i64).collect();
-    let order = writer.ints(&order);
-    writer.node((name, "Gather"), &[&packed, &order], &[("axis", Attribute::Int(1))])
+    let mut parts = Vec::new();
+    for c in 0..depth {
+        let plane = channels(writer, (&format!("{name}/channel{c}"), input), (c, c + 1));
+        let part = format!("{name}/patches{c}");
+        let blocksize = ("blocksize", Attribute::Int(patch));
+        parts.push(writer.node((&part, "SpaceToDepth"), &[&plane], &[blocksize]));
+    }
+    concat(writer, name, &parts.iter().map(String::as_str).collect::<Vec<_>>())
 }
 
 /// See [`Op::PatchMerge`].

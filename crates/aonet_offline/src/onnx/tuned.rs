@@ -1,6 +1,6 @@
 //! A network rewritten to be fast in ONNX Runtime, and equal to the plain form up to the order of sums.
 //!
-//! * `SpaceToDepth` orders channels in its own way; the first convolution's weights follow it, so that nothing is gathered.
+//! * `SpaceToDepth` orders channels in its own way; the first convolution's weights follow it.
 //! * A linear kernel is never predicted. The head is linear, so that a pixel's visibility is
 //!   `sum_k (sum_d W[k,d] f[d] + b[k]) n[k] = sum_d f[d] (sum_k W[k,d] n[k]) + sum_k b[k] n[k]`: convolve the normals with
 //!   the head's weights, multiply with the features, add up. As many multiplications, but 32 planes a pixel of the
