@@ -26,7 +26,7 @@ pub(crate) struct Args {
     /// Size of the frames, any; the file pads and crops by itself [default: free].
     #[arg(long, value_name = "WxH", value_parser = super::bench::parse_size)]
     size: Option<(usize, usize)>,
-    /// Rewrite the network to be fast in ONNX Runtime; equal results up to rounding.
+    /// Rewrite linear kernels to be fast in ONNX Runtime; equal results up to rounding.
     #[arg(long)]
     tuned: bool,
     /// Print facts as JSON.

@@ -4,7 +4,7 @@
 //! output, `visibility` 1x1xHxW in [0, 1]. It knows nothing of the background: there the caller puts 1, as
 //! [`cpu::Session`](aonet::net::cpu::Session) does.
 
-mod plain;
+mod ops;
 mod proto;
 #[cfg(test)]
 mod tests;
@@ -34,7 +34,7 @@ pub const OUTPUT: &str = "visibility";
 pub enum Form {
     /// Operation by operation, as one writes it by hand in a framework.
     Plain,
-    /// Rewritten to be fast in ONNX Runtime.
+    /// Rewritten to be fast in ONNX Runtime: linear kernels; without them the same as plain.
     Tuned,
 }
 
@@ -93,10 +93,7 @@ pub fn export(model: &Model, form: Form, extent: Extent) -> Result<Exported> {
     }
     let mut writer = Writer::default();
     let features = padded(&mut writer, model, extent);
-    let raw = match form {
-        Form::Plain => plain::write(&mut writer, model, &features),
-        Form::Tuned => tuned::write(&mut writer, model, &features),
-    };
+    let raw = ops::write(&mut writer, (model, form), &features);
     finish(&mut writer, &raw, (features != INPUT).then_some(extent));
     let port = |name, channels| {
         let [height, width] = match extent {
@@ -131,7 +128,7 @@ fn padded(writer: &mut Writer, model: &Model, extent: Extent) -> String {
     match extent {
         Extent::Fixed { width, height } if !(width.is_multiple_of(step) && height.is_multiple_of(step)) => {
             let missing = |side: usize| side.next_multiple_of(step) - side;
-            plain::pad_edge(writer, "features/pad", INPUT, [0, 0, missing(height), missing(width)])
+            ops::pad_edge(writer, "features/pad", INPUT, [0, 0, missing(height), missing(width)])
         }
         Extent::Fixed { .. } | Extent::Dynamic => INPUT.to_owned(),
     }
@@ -141,7 +138,7 @@ fn padded(writer: &mut Writer, model: &Model, extent: Extent) -> String {
 fn finish(writer: &mut Writer, raw: &str, padded: Option<Extent>) {
     let cropped = match padded {
         Some(Extent::Fixed { width, height }) => {
-            plain::window(writer, ("crop", raw), ([0, 0], [height as i64, width as i64]))
+            ops::window(writer, ("crop", raw), ([0, 0], [height as i64, width as i64]))
         }
         Some(Extent::Dynamic) | None => raw.to_owned(),
     };

@@ -1,5 +1,7 @@
-//! A network as one writes it by hand in a framework: every operation as `net::naive` has it, one after the other.
+//! A network's operations in ONNX, as `net::naive` has them.
 
+use super::Form;
+use super::tuned;
 use super::writer::{Attribute, Writer};
 use aonet::net::graph::{FIRST_TAP, GUIDE_CHANNELS, LEAKY_SLOPE, WINDOW};
 use aonet::net::{Activation, KernelWeights, Model, Op, Tensor};
@@ -8,7 +10,12 @@ use aonet::net::{Activation, KernelWeights, Model, Op, Tensor};
 pub(super) const END: i64 = i64::MAX;
 
 /// Appends the network; returns the name of the visibility before clamping, 1x1xHxW.
-pub(super) fn write(writer: &mut Writer, model: &Model, features: &str) -> String {
+pub(super) fn write(writer: &mut Writer, (model, form): (&Model, Form), features: &str) -> String {
+    // The name of a head that the kernels multiply with themselves.
+    let folded_head = |value| match form {
+        Form::Plain => None,
+        Form::Tuned => tuned::folded_head(model, value),
+    };
     let mut values: Vec<String> = Vec::new();
     for (id, node) in model.graph().nodes().iter().enumerate() {
         let value = match &node.op {
@@ -20,8 +27,9 @@ pub(super) fn write(writer: &mut Writer, model: &Model, features: &str) -> Strin
             Op::PatchMerge { input, patch } => {
                 depth_to_space(writer, (&format!("merge{id}"), &values[*input]), (*patch, "CRD"))
             }
+            Op::Conv { input, .. } if folded_head(id).is_some() => values[*input].clone(),
             Op::Conv { input, name, groups, activation, .. } => {
-                let weights = ["weight", "bias"].map(|part| model.weights().get(&format!("{name}.{part}")));
+                let weights = parameters(model, name);
                 conv(writer, (name, &values[*input]), weights, (*groups, *activation))
             }
             Op::AvgPool2 { input } => avg_pool2(writer, &format!("pool{id}"), &values[*input]),
@@ -33,12 +41,21 @@ pub(super) fn write(writer: &mut Writer, model: &Model, features: &str) -> Strin
                 correct(writer, (&values[*input], *channel), &values[*correction])
             }
             Op::KernelPredict { kernels, guide, patch, weights } => {
-                kernel_predict(writer, (&values[*kernels], &values[*guide]), (*patch, *weights))
+                let inputs = (values[*kernels].as_str(), values[*guide].as_str());
+                match folded_head(*kernels) {
+                    Some(name) => tuned::apply_head(writer, inputs, parameters(model, name), *patch),
+                    None => kernel_predict(writer, inputs, (*patch, *weights)),
+                }
             }
         };
         values.push(value);
     }
     values.pop().expect("a graph has an output")
+}
+
+/// Weight and bias of a convolution.
+fn parameters<'a>(model: &'a Model, name: &str) -> [&'a Tensor; 2] {
+    ["weight", "bias"].map(|part| model.weights().get(&format!("{name}.{part}")))
 }
 
 /// See [`Op::PatchPartition`]. ONNX puts the channel last, `(dy * patch + dx) * C + c`: every channel goes by itself. (To
