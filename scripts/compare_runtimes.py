@@ -4,7 +4,8 @@
     scripts/compare_runtimes.py MODEL.safetensors [--size 1280x720] [--threads 1 2] [--rounds 9] [--aonet PATH]
 
 Needs numpy; takes part whoever can be imported: onnxruntime, openvino, ncnn with pnnx (the fixed, plain file, converted).
-Every round runs every runtime once with every number of threads, so that a machine that slows down slows down all.
+Every round runs every runtime with every number of threads, so that a machine that slows down slows down all: one call
+that does not count, then the median of three, as `aonet bench` does.
 
 What is timed. Others: one call with features in memory, to visibility in memory. `aonet`: a whole frame from the
 G-buffer, with horizon search and features. `aonet, network only`: the same less its first step; that step also lays out the
@@ -21,6 +22,9 @@ import time
 
 import numpy as np
 
+# Counted calls of a runtime in a round.
+RUNS = 3
+
 
 def importable(name):
     try:
@@ -33,7 +37,7 @@ def importable(name):
 def aonet(options, threads):
     """Runs `aonet bench` once; yields both of its times [ms]."""
     command = [options.aonet, "bench", "--model", options.model, "--size", options.size]
-    command += ["--threads", str(threads), "--runs", "3", "--json"]
+    command += ["--threads", str(threads), "--runs", str(RUNS), "--json"]
     timing = json.loads(subprocess.run(command, check=True, capture_output=True).stdout)["timings"][0]
     return timing["median_ms"], timing["median_ms"] - timing["features_ms"]
 
@@ -79,6 +83,17 @@ def ncnn_runner(path, threads):
         return np.array(visibility)[None]
 
     return run
+
+
+def timed(run, features):
+    """Median of RUNS calls after one that does not count [ms]."""
+    run(features)
+    values = []
+    for _ in range(RUNS):
+        start = time.perf_counter()
+        run(features)
+        values.append((time.perf_counter() - start) * 1e3)
+    return statistics.median(values)
 
 
 def export(options, folder):
@@ -153,9 +168,7 @@ def main():
                 times.setdefault(("aonet, network only", count), []).append(network)
                 times.setdefault(("aonet", count), []).append(frame)
             for key, run in ready.items():
-                start = time.perf_counter()
-                run(features)
-                times.setdefault(key, []).append((time.perf_counter() - start) * 1e3)
+                times.setdefault(key, []).append(timed(run, features))
     print(f"\n{pathlib.Path(options.model).stem}, {options.size}, {options.rounds} rounds; medians, least to greatest\n")
     print("| runtime | threads | median ms | spread ms | over aonet, network only |\n|---|---:|---:|---:|---:|")
     for (name, count), values in sorted(times.items(), key=lambda item: (item[0][1], statistics.median(item[1]))):
