@@ -16,7 +16,7 @@ use std::path::Path;
 use std::process::Command;
 
 /// Largest difference between the two runtimes that is allowed. Measured: 1e-6 over all cases here, from the order of sums.
-const TOLERANCE: f32 = 1e-4;
+const TOLERANCE: f32 = 1e-5;
 
 /// A file, the frame that it runs on, and what a session makes of the frame.
 struct Case {
