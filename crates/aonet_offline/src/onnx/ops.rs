@@ -59,8 +59,8 @@ fn parameters<'a>(model: &'a Model, name: &str) -> [&'a Tensor; 2] {
 }
 
 /// See [`Op::PatchPartition`]. ONNX puts the channel last, `(dy * patch + dx) * C + c`: every channel goes by itself. (To
-/// reorder channels with one `Gather` would be shorter, but OpenVINO 2026.4 folds it into the convolution that follows and
-/// gets it wrong.)
+/// reorder channels with one `Gather` would be shorter, but then OpenVINO 2026.4 gets the convolution that follows wrong; the
+/// gathered channels themselves are right.)
 pub(super) fn patch_partition(
     writer: &mut Writer,
     (name, input): (&str, &str),

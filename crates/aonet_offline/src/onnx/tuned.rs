@@ -5,7 +5,8 @@
 //! the head's weights, multiply with the features, add up. As many multiplications, but 32 planes for each pixel of the
 //! patch instead of 48, no shifted copies of the normals, and all of it in the runtime's blocked layout.
 //!
-//! Measured on the paper's network, 1280x720, one thread, medians of 5 to 7 rounds in turn, beside other load: plain 544 ms;
+//! Measured with graphs written by hand for the paper's network, 1280x720, one thread, medians of 5 to 7 rounds in turn, beside
+//! other load, each list of variants by itself: plain 544 ms;
 //! plain with a 1x1 convolution as sum 411 ms; kernels applied a patch at a time, with the taps gathered, 285 to 299 ms; this
 //! 226 ms. Tried without a clear gain, therefore not here: other partitions (`SpaceToDepth` of all channels with the
 //! first convolution's weights reordered, a transposition, a strided convolution) and upsampling inside the convolution that
