@@ -11,6 +11,7 @@ mod cmd {
     pub(crate) mod dataset;
     pub(crate) mod demo;
     pub(crate) mod eval;
+    pub(crate) mod export;
     pub(crate) mod flicker;
     pub(crate) mod gallery;
     pub(crate) mod infer;
@@ -52,6 +53,7 @@ enum Command {
     Tune(cmd::tune::Args),
     Eval(cmd::eval::Args),
     Flicker(cmd::flicker::Args),
+    Export(cmd::export::Args),
     Info(cmd::info::Args),
     Bench(cmd::bench::Args),
     Paper(cmd::paper::Args),
@@ -100,6 +102,7 @@ fn run(command: Command) -> anyhow::Result<Outcome> {
         Command::Tune(args) => cmd::tune::run(&args)?,
         Command::Eval(args) => cmd::eval::run(&args)?,
         Command::Flicker(args) => cmd::flicker::run(&args)?,
+        Command::Export(args) => cmd::export::run(&args)?,
         Command::Info(args) => cmd::info::run(&args)?,
         Command::Bench(args) => cmd::bench::run(&args)?,
         Command::Paper(args) => cmd::paper::run(&args)?,

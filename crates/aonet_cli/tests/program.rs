@@ -331,11 +331,42 @@ fn frames_of_another_program_are_imported_and_evaluated() {
 }
 
 #[test]
+fn networks_are_exported_to_onnx() {
+    let desk = Desk::new();
+    std::fs::write(desk.path("paper.safetensors"), aonet::net::shipped::PAPER).unwrap();
+    let facts = desk.json("export paper.safetensors --onnx free.onnx --json");
+    let bytes = std::fs::metadata(desk.path("free.onnx")).unwrap().len();
+    assert_eq!((&facts["path"], &facts["bytes"]), (&json!("free.onnx"), &json!(bytes)));
+    let features = json!({ "name": "features", "shape": [1, 3, "height", "width"] });
+    assert_eq!(facts["inputs"], json!([features]));
+    let facts = desk.json("export paper.safetensors --onnx fixed.onnx --size 75x41 --tuned --json");
+    assert_eq!(facts["outputs"], json!([{ "name": "visibility", "shape": [1, 1, 41, 75] }]));
+    assert_ne!(bytes, std::fs::metadata(desk.path("fixed.onnx")).unwrap().len());
+    assert_eq!(desk.ok("export paper.safetensors --onnx free.onnx"), "free.onnx\n");
+    desk.write("text.safetensors", "not a model");
+    let before = listing(desk.dir.path());
+    for (line, word) in [
+        ("export text.safetensors --onnx x.onnx", "text.safetensors"),
+        ("export missing.safetensors --onnx x.onnx", "missing.safetensors"),
+        ("export paper.safetensors --onnx paper.safetensors", ".onnx"),
+        ("export paper.safetensors --onnx no/such/x.onnx", "x.onnx"),
+        ("export paper.safetensors --onnx x.onnx --size 75", "WxH"),
+        ("export paper.safetensors --onnx x.onnx --size 0x41", "0x41"),
+        ("export paper.safetensors", "--onnx"),
+    ] {
+        let stderr = desk.fails(line);
+        assert!(stderr.contains(word), "aonet {line}\n{stderr}");
+    }
+    assert_eq!(listing(desk.dir.path()), before);
+    aonet::net::Model::from_bytes(&std::fs::read(desk.path("paper.safetensors")).unwrap()).unwrap();
+}
+
+#[test]
 fn help_and_completions_are_complete() {
     let desk = Desk::new();
     let help = desk.ok("--help");
     for command in
-        ["demo", "render", "trace", "infer", "compare", "dataset", "train", "eval", "paper", "info"]
+        ["demo", "render", "trace", "infer", "compare", "dataset", "train", "eval", "paper", "info", "export"]
     {
         assert!(help.contains(command), "{command}");
         assert!(desk.ok(&format!("{command} --help")).contains("Usage"), "{command}");

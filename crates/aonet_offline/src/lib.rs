@@ -12,6 +12,7 @@ pub mod flicker;
 pub mod frame;
 pub mod gbuffer;
 pub mod nnao;
+pub mod onnx;
 pub mod paper;
 pub mod picture;
 pub mod plot;

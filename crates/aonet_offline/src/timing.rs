@@ -16,6 +16,9 @@ pub struct Times {
     pub median_ms: f64,
     /// Fastest run [ms].
     pub min_ms: f64,
+    /// Median time of a network's first step [ms], part of the others: horizon search, features, patches. 0 for classic
+    /// methods.
+    pub features_ms: f64,
     /// Memory of the session [bytes]: activations and scratch, without parameters.
     pub session_bytes: usize,
 }
@@ -30,14 +33,19 @@ pub fn time(model: &Model, size: (usize, usize), threads: usize, runs: usize) ->
     let mut session = Session::new(model, size.0, size.1, threads)?;
     let params = AoParams { radius: 0.5 };
     session.run(&gbuffer, params, &mut image)?;
-    let mut times_ms = Vec::with_capacity(runs);
+    let (mut times_ms, mut features_ms) = (Vec::with_capacity(runs), Vec::with_capacity(runs));
     for _ in 0..runs.max(1) {
         let start = Instant::now();
-        session.run(&gbuffer, params, &mut image)?;
+        session.run_observed(&gbuffer, params, &mut image, &mut |step| {
+            if step == 0 {
+                features_ms.push(start.elapsed().as_secs_f64() * 1e3);
+            }
+        })?;
         times_ms.push(start.elapsed().as_secs_f64() * 1e3);
     }
     let min_ms = times_ms.iter().copied().fold(f64::INFINITY, f64::min);
-    Ok(Times { median_ms: median(&mut times_ms), min_ms, session_bytes: session.memory_bytes() })
+    let (median_ms, features_ms) = (median(&mut times_ms), median(&mut features_ms));
+    Ok(Times { median_ms, min_ms, features_ms, session_bytes: session.memory_bytes() })
 }
 
 /// Times a classic method as [`time`] does a network; memory is not counted.
@@ -55,7 +63,7 @@ pub fn time_classic(method: &Classic, size: (usize, usize), pool: &ThreadPool, r
         times_ms.push(start.elapsed().as_secs_f64() * 1e3);
     }
     let min_ms = times_ms.iter().copied().fold(f64::INFINITY, f64::min);
-    Ok(Times { median_ms: median(&mut times_ms), min_ms, session_bytes: 0 })
+    Ok(Times { median_ms: median(&mut times_ms), min_ms, features_ms: 0.0, session_bytes: 0 })
 }
 
 /// Threads for classic methods.
@@ -136,6 +144,7 @@ mod tests {
         assert!(steps.iter().sum::<f64>() < whole_ms, "{steps:?} in {whole_ms}");
         let times = time(&model, (320, 200), 1, 3).unwrap();
         assert!(times.min_ms > 0.0 && times.min_ms <= times.median_ms && times.session_bytes > 320 * 200);
+        assert!(times.features_ms > 0.0 && times.features_ms < times.median_ms);
         assert!(time(&model, (320, 200), 0, 1).is_err() && time_steps(&model, (0, 8), 1, 1).is_err());
     }
 

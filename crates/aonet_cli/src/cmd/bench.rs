@@ -47,11 +47,13 @@ struct Timing {
     threads: usize,
     median_ms: f64,
     min_ms: f64,
+    features_ms: f64,
     gflop_per_s: f64,
     session_mib: f64,
 }
 
-fn parse_size(text: &str) -> Result<(usize, usize)> {
+/// A size [px] from `WxH`.
+pub(crate) fn parse_size(text: &str) -> Result<(usize, usize)> {
     let (width, height) =
         text.split_once('x').ok_or_else(|| anyhow::anyhow!("expected WxH, such as 1280x720"))?;
     let size = (width.parse()?, height.parse()?);
@@ -170,6 +172,7 @@ fn time(model: &Model, size: (usize, usize), threads: usize, runs: usize) -> Res
         threads,
         median_ms: times.median_ms,
         min_ms: times.min_ms,
+        features_ms: times.features_ms,
         gflop_per_s,
         session_mib,
     })

@@ -1,0 +1,241 @@
+//! A network's operations in ONNX, as `net::naive` has them.
+
+use super::Form;
+use super::tuned;
+use super::writer::{Attribute, Writer};
+use aonet::net::graph::{FIRST_TAP, GUIDE_CHANNELS, LEAKY_SLOPE, WINDOW};
+use aonet::net::{Activation, KernelWeights, Model, Op, Tensor};
+
+/// Position in a slice that stands for the end.
+pub(super) const END: i64 = i64::MAX;
+
+/// Appends the network; returns the name of the visibility before clamping, 1x1xHxW.
+pub(super) fn write(writer: &mut Writer, (model, form): (&Model, Form), features: &str) -> String {
+    // The name of a head that the kernels multiply with themselves.
+    let folded_head = |value| match form {
+        Form::Plain => None,
+        Form::Tuned => tuned::folded_head(model, value),
+    };
+    let mut values: Vec<String> = Vec::new();
+    for (id, node) in model.graph().nodes().iter().enumerate() {
+        let value = match &node.op {
+            Op::Input => features.to_owned(),
+            Op::PatchPartition { input, patch } => {
+                let channels = node.channels / (patch * patch);
+                patch_partition(writer, (&format!("partition{id}"), &values[*input]), (channels, *patch))
+            }
+            Op::PatchMerge { input, patch } => {
+                depth_to_space(writer, (&format!("merge{id}"), &values[*input]), (*patch, "CRD"))
+            }
+            Op::Conv { input, .. } if folded_head(id).is_some() => values[*input].clone(),
+            Op::Conv { input, name, groups, activation, .. } => {
+                let weights = parameters(model, name);
+                conv(writer, (name, &values[*input]), weights, (*groups, *activation))
+            }
+            Op::AvgPool2 { input } => avg_pool2(writer, &format!("pool{id}"), &values[*input]),
+            Op::Upsample2 { input } => upsample2(writer, &format!("upsample{id}"), &values[*input]),
+            Op::Concat { first, second } => {
+                concat(writer, &format!("concat{id}"), &[&values[*first], &values[*second]])
+            }
+            Op::Correct { input, channel, correction } => {
+                correct(writer, (&values[*input], *channel), &values[*correction])
+            }
+            Op::KernelPredict { kernels, guide, patch, weights } => {
+                let inputs = (values[*kernels].as_str(), values[*guide].as_str());
+                match folded_head(*kernels) {
+                    Some(name) => tuned::apply_head(writer, inputs, parameters(model, name), *patch),
+                    None => kernel_predict(writer, inputs, (*patch, *weights)),
+                }
+            }
+        };
+        values.push(value);
+    }
+    values.pop().expect("a graph has an output")
+}
+
+/// Weight and bias of a convolution.
+fn parameters<'a>(model: &'a Model, name: &str) -> [&'a Tensor; 2] {
+    ["weight", "bias"].map(|part| model.weights().get(&format!("{name}.{part}")))
+}
+
+/// See [`Op::PatchPartition`]. ONNX puts the channel last, `(dy * patch + dx) * C + c`: every channel goes by itself. (To
+/// reorder channels with one `Gather` would be shorter, but then OpenVINO 2026.4 gets the convolution that follows wrong; the
+/// gathered channels themselves are right.)
+pub(super) fn patch_partition(
+    writer: &mut Writer,
+    (name, input): (&str, &str),
+    (depth, patch): (usize, usize),
+) -> String {
+    let mut parts = Vec::new();
+    for c in 0..depth {
+        let plane = channels(writer, (&format!("{name}/channel{c}"), input), (c, c + 1));
+        let part = format!("{name}/patches{c}");
+        let blocksize = ("blocksize", Attribute::Int(patch));
+        parts.push(writer.node((&part, "SpaceToDepth"), &[&plane], &[blocksize]));
+    }
+    concat(writer, name, &parts.iter().map(String::as_str).collect::<Vec<_>>())
+}
+
+/// See [`Op::PatchMerge`].
+pub(super) fn depth_to_space(
+    writer: &mut Writer,
+    (name, input): (&str, &str),
+    (patch, mode): (usize, &str),
+) -> String {
+    let attributes = [("blocksize", Attribute::Int(patch)), ("mode", Attribute::Text(mode))];
+    writer.node((name, "DepthToSpace"), &[input], &attributes)
+}
+
+/// See [`Op::Conv`]. Weight OIHW, bias O.
+pub(super) fn conv(
+    writer: &mut Writer,
+    (name, input): (&str, &str),
+    [weight, bias]: [&Tensor; 2],
+    (groups, activation): (usize, Activation),
+) -> String {
+    let size = weight.shape[3];
+    let padded = match size {
+        1 => input.to_owned(),
+        _ => pad_edge(writer, &format!("{name}/pad"), input, [size / 2; 4]),
+    };
+    let weight = writer.tensor(&format!("{name}.weight"), weight);
+    let bias = writer.tensor(&format!("{name}.bias"), bias);
+    let attributes = [("kernel_shape", Attribute::Ints(&[size, size])), ("group", Attribute::Int(groups))];
+    let sums = writer.node((name, "Conv"), &[&padded, &weight, &bias], &attributes);
+    activate(writer, &sums, activation)
+}
+
+/// See [`Activation`].
+pub(super) fn activate(writer: &mut Writer, sums: &str, activation: Activation) -> String {
+    match activation {
+        Activation::Linear => sums.to_owned(),
+        Activation::LeakyRelu => {
+            let alpha = ("alpha", Attribute::Float(LEAKY_SLOPE));
+            writer.node((&format!("{sums}/leaky_relu"), "LeakyRelu"), &[sums], &[alpha])
+        }
+    }
+}
+
+/// Repeats the edge: pixels above, left, below and right.
+pub(super) fn pad_edge(writer: &mut Writer, name: &str, input: &str, sides: [usize; 4]) -> String {
+    let [top, left, bottom, right] = sides.map(|side| side as i64);
+    let pads = writer.ints(&[0, 0, top, left, 0, 0, bottom, right]);
+    writer.node((name, "Pad"), &[input, &pads], &[("mode", Attribute::Text("edge"))])
+}
+
+/// See [`Op::AvgPool2`].
+pub(super) fn avg_pool2(writer: &mut Writer, name: &str, input: &str) -> String {
+    let two = Attribute::Ints(&[2, 2]);
+    writer.node((name, "AveragePool"), &[input], &[("kernel_shape", two), ("strides", two)])
+}
+
+/// See [`Op::Upsample2`].
+pub(super) fn upsample2(writer: &mut Writer, name: &str, input: &str) -> String {
+    let scales = Tensor { shape: vec![4], values: vec![1.0, 1.0, 2.0, 2.0] };
+    let scales = writer.tensor("scales", &scales);
+    let centres = ("coordinate_transformation_mode", Attribute::Text("half_pixel"));
+    writer.node((name, "Resize"), &[input, "", &scales], &[("mode", Attribute::Text("linear")), centres])
+}
+
+/// See [`Op::Concat`].
+pub(super) fn concat(writer: &mut Writer, name: &str, inputs: &[&str]) -> String {
+    writer.node((name, "Concat"), inputs, &[("axis", Attribute::Int(1))])
+}
+
+/// See [`Op::Correct`].
+pub(super) fn correct(writer: &mut Writer, (input, channel): (&str, usize), correction: &str) -> String {
+    let occlusion = channels(writer, ("occlusion", input), (channel, channel + 1));
+    let one = writer.scalar(1.0);
+    let found = writer.node(("visibility_found", "Sub"), &[&one, &occlusion], &[]);
+    writer.node(("corrected", "Add"), &[&found, correction], &[])
+}
+
+/// Channels `first..end`.
+pub(super) fn channels(
+    writer: &mut Writer,
+    (name, input): (&str, &str),
+    (first, end): (usize, usize),
+) -> String {
+    let bounds = [&[first as i64][..], &[end as i64], &[1]].map(|values| writer.ints(values));
+    writer.node((name, "Slice"), &[input, &bounds[0], &bounds[1], &bounds[2]], &[])
+}
+
+/// Rows and columns `first..end`, (row, column); a negative end counts from the last one.
+pub(super) fn window(
+    writer: &mut Writer,
+    (name, input): (&str, &str),
+    (first, end): ([i64; 2], [i64; 2]),
+) -> String {
+    let bounds = [first, end, [2, 3]].map(|values| writer.ints(&values));
+    writer.node((name, "Slice"), &[input, &bounds[0], &bounds[1], &bounds[2]], &[])
+}
+
+/// See [`Op::KernelPredict`]. AO-Net §3.3, Eq. 2.
+pub(super) fn kernel_predict(
+    writer: &mut Writer,
+    (kernels, guide): (&str, &str),
+    (patch, weights): (usize, KernelWeights),
+) -> String {
+    let kernels = match patch {
+        1 => kernels.to_owned(),
+        // Channel pixel * 48 + k.
+        _ => depth_to_space(writer, ("kernels", kernels), (patch, "DCR")),
+    };
+    let neighbours = neighbours(writer, guide);
+    let kernels = match weights {
+        KernelWeights::Softmax => return softmax_kernels(writer, &kernels, &neighbours),
+        KernelWeights::Linear | KernelWeights::Off | KernelWeights::Correction => kernels,
+    };
+    let weighed = writer.node(("weighed", "Mul"), &[&kernels, &neighbours], &[]);
+    mean_of_components(writer, &weighed)
+}
+
+/// The guide's three channels with as many pixels around them as the taps reach.
+pub(super) fn padded_normal(writer: &mut Writer, guide: &str) -> String {
+    let normal = channels(writer, ("normal", guide), (0, GUIDE_CHANNELS));
+    let before = FIRST_TAP.unsigned_abs();
+    let after = WINDOW - 1 - before;
+    pad_edge(writer, "normal/pad", &normal, [before, before, after, after])
+}
+
+/// The guide's three channels at every tap: channel `tap * 3 + c`.
+fn neighbours(writer: &mut Writer, guide: &str) -> String {
+    let padded = padded_normal(writer, guide);
+    let end = |first: usize| match WINDOW - 1 - first {
+        0 => END,
+        left => -(left as i64),
+    };
+    let mut taps = Vec::new();
+    for (y, x) in (0..WINDOW).flat_map(|y| (0..WINDOW).map(move |x| (y, x))) {
+        let bounds = ([y as i64, x as i64], [end(y), end(x)]);
+        taps.push(window(writer, (&format!("normal/tap{y}{x}"), &padded), bounds));
+    }
+    concat(writer, "normal/taps", &taps.iter().map(String::as_str).collect::<Vec<_>>())
+}
+
+/// For each component of the normal, a softmax over the 16 taps.
+fn softmax_kernels(writer: &mut Writer, kernels: &str, neighbours: &str) -> String {
+    let mut weighed = Vec::new();
+    for c in 0..GUIDE_CHANNELS {
+        let bounds = [c as i64, END, 1, GUIDE_CHANNELS as i64].map(|value| writer.ints(&[value]));
+        let bounds = bounds.each_ref().map(String::as_str);
+        let mut component = |what: &str, of: &str| {
+            let inputs = [of, bounds[0], bounds[1], bounds[2], bounds[3]];
+            writer.node((&format!("{what}{c}"), "Slice"), &inputs, &[])
+        };
+        let (kernel, normal) = (component("kernel", kernels), component("component", neighbours));
+        let axis = ("axis", Attribute::Int(1));
+        let kernel = writer.node((&format!("softmax{c}"), "Softmax"), &[&kernel], &[axis]);
+        weighed.push(writer.node((&format!("weighed{c}"), "Mul"), &[&kernel, &normal], &[]));
+    }
+    let weighed = concat(writer, "weighed", &weighed.iter().map(String::as_str).collect::<Vec<_>>());
+    mean_of_components(writer, &weighed)
+}
+
+/// The sum of all channels over the number of components.
+fn mean_of_components(writer: &mut Writer, weighed: &str) -> String {
+    let axis = writer.ints(&[1]);
+    let sum = writer.node(("kernel_sum", "ReduceSum"), &[weighed, &axis], &[]);
+    let share = writer.scalar(1.0 / GUIDE_CHANNELS as f32);
+    writer.node(("kernel_mean", "Mul"), &[&sum, &share], &[])
+}

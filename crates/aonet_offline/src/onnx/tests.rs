@@ -1,0 +1,133 @@
+use super::*;
+use aonet::net::{Graph, KernelWeights, ModelConfig, TrainingFacts, Weights, shipped};
+use std::collections::BTreeMap;
+
+fn decoded(config: ModelConfig, form: Form, extent: Extent) -> proto::Model {
+    let weights = Weights::init(&Graph::new(&config).unwrap(), 7);
+    let model = Model::new(config, weights, TrainingFacts::default()).unwrap();
+    proto::Model::decode(export(&model, form, extent).unwrap().bytes.as_slice()).unwrap()
+}
+
+/// How often every operator occurs.
+fn operators(file: &proto::Model) -> BTreeMap<String, usize> {
+    let mut counts = BTreeMap::new();
+    for node in &file.graph.as_ref().unwrap().node {
+        *counts.entry(node.op_type.clone()).or_insert(0) += 1;
+    }
+    counts
+}
+
+fn sides(info: &proto::ValueInfo) -> Vec<proto::Size> {
+    let tensor = info.r#type.as_ref().unwrap().tensor_type.as_ref().unwrap();
+    assert_eq!(tensor.elem_type, i32::from(proto::DataType::Float));
+    tensor.shape.as_ref().unwrap().dim.iter().map(|d| d.value.clone().unwrap()).collect()
+}
+
+#[test]
+fn the_papers_network_has_the_operators_worked_out_by_hand() {
+    let plain = operators(&decoded(ModelConfig::paper(), Form::Plain, Extent::Dynamic));
+    // Four levels down and three up with two convolutions each, and the head.
+    let expected = [
+        ("AveragePool", 3),
+        ("Clip", 1),
+        ("Concat", 5),
+        ("Conv", 15),
+        ("DepthToSpace", 1),
+        ("LeakyRelu", 14),
+        ("Mul", 2),
+        ("Pad", 15),
+        ("ReduceSum", 1),
+        ("Resize", 3),
+        ("Slice", 20),
+        ("SpaceToDepth", 3),
+    ];
+    assert_eq!(plain, expected.map(|(name, count)| (name.to_owned(), count)).into());
+    let tuned = operators(&decoded(ModelConfig::paper(), Form::Tuned, Extent::Dynamic));
+    // No head; for each of 16 pixels a convolution of normals and a sum, and one convolution with all biases.
+    assert_eq!((tuned["Conv"], tuned["Mul"], tuned["Slice"]), (14 + 33, 16, 3 + 1 + 3));
+    assert!(!tuned.contains_key("ReduceSum"));
+}
+
+#[test]
+fn a_network_without_kernels_stays_as_it_is() {
+    let [plain, tuned] = [Form::Plain, Form::Tuned]
+        .map(|form| operators(&decoded(ModelConfig::deep_ao(), form, Extent::Dynamic)));
+    assert_eq!(plain, tuned);
+}
+
+#[test]
+fn sizes_are_free_or_fixed_and_odd_ones_are_padded() {
+    use proto::Size::{Param, Value};
+    let free = decoded(ModelConfig::any_radius(), Form::Plain, Extent::Dynamic).graph.unwrap();
+    let named = [Param("height".to_owned()), Param("width".to_owned())];
+    assert_eq!(sides(&free.input[0]), [&[Value(1), Value(5)][..], &named].concat());
+    assert_eq!(sides(&free.output[0]), [&[Value(1), Value(1)][..], &named].concat());
+    let odd = Extent::Fixed { width: 75, height: 41 };
+    let odd = decoded(ModelConfig::paper(), Form::Tuned, odd).graph.unwrap();
+    assert_eq!(sides(&odd.input[0]), [1, 3, 41, 75].map(Value));
+    assert_eq!((odd.node[0].op_type.as_str(), odd.node[0].input[0].as_str()), ("Pad", INPUT));
+    let pads = odd.constants_called(&odd.node[0].input[1]);
+    assert_eq!(pads, [0, 0, 0, 0, 0, 0, 64 - 41, 96 - 75]);
+    let even = Extent::Fixed { width: 96, height: 64 };
+    let even = decoded(ModelConfig::paper(), Form::Plain, even).graph.unwrap();
+    assert!(even.node.iter().all(|node| node.name != "features/pad" && node.name != "crop"));
+}
+
+impl proto::Graph {
+    /// The integers of a constant.
+    fn constants_called(&self, name: &str) -> Vec<i64> {
+        let tensor = self.initializer.iter().find(|t| t.name == name).unwrap();
+        assert_eq!(tensor.data_type, i32::from(proto::DataType::Int64));
+        tensor.raw_data.chunks_exact(8).map(|b| i64::from_le_bytes(b.try_into().unwrap())).collect()
+    }
+}
+
+#[test]
+fn parameters_and_metadata_are_the_models() {
+    let model = Model::from_bytes(shipped::ANY_RADIUS).unwrap();
+    let exported = export(&model, Form::Plain, Extent::Dynamic).unwrap();
+    assert_eq!(exported, export(&model, Form::Plain, Extent::Dynamic).unwrap());
+    let file = proto::Model::decode(exported.bytes.as_slice()).unwrap();
+    assert_eq!((file.ir_version, file.opset_import[0].version), (8, 17));
+    let graph = file.graph.unwrap();
+    for (name, tensor) in model.weights().tensors() {
+        let found = graph.initializer.iter().find(|t| t.name == *name).unwrap();
+        assert!(found.dims.iter().map(|&d| d as usize).eq(tensor.shape.iter().copied()), "{name}");
+        let bytes: Vec<u8> = tensor.values.iter().flat_map(|v| v.to_le_bytes()).collect();
+        assert_eq!(found.raw_data, bytes, "{name}");
+    }
+    let facts: BTreeMap<_, _> = file.metadata_props.into_iter().map(|e| (e.key, e.value)).collect();
+    assert_eq!((facts["aonet.format"].as_str(), facts["aonet.alignment_px"].as_str()), ("1", "64"));
+    assert_eq!(serde_json::from_str::<ModelConfig>(&facts["aonet.config"]).unwrap(), *model.config());
+    let names: Vec<String> = serde_json::from_str(&facts["aonet.features"]).unwrap();
+    assert_eq!(names, ["normal x", "normal y", "normal z", "projected radius", "horizon occlusion"]);
+}
+
+#[test]
+fn every_input_is_written_before_it_is_read() {
+    for kernel in [KernelWeights::Off, KernelWeights::Linear, KernelWeights::Softmax] {
+        for patch in [1, 2, 4] {
+            for form in [Form::Plain, Form::Tuned] {
+                let config = ModelConfig { patch, kernel, ..ModelConfig::paper() };
+                let graph = decoded(config, form, Extent::Dynamic).graph.unwrap();
+                let mut known: Vec<&str> = graph.initializer.iter().map(|t| t.name.as_str()).collect();
+                known.extend([INPUT, ""]);
+                for node in &graph.node {
+                    let unknown = node.input.iter().find(|input| !known.contains(&input.as_str()));
+                    assert_eq!(unknown, None, "{} of {kernel:?} {patch} {form:?}", node.name);
+                    known.push(&node.output[0]);
+                }
+                assert!(known.contains(&OUTPUT));
+            }
+        }
+    }
+}
+
+#[test]
+fn sizes_out_of_range_are_refused() {
+    let model = Model::from_bytes(shipped::PAPER).unwrap();
+    for (width, height) in [(0, 8), (8, 0), (usize::MAX, 8)] {
+        let message = export(&model, Form::Plain, Extent::Fixed { width, height }).unwrap_err().to_string();
+        assert!(message.contains("ONNX input"), "{message}");
+    }
+}
