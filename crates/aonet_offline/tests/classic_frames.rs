@@ -44,9 +44,11 @@ fn gtao_reaches_what_independent_programs_reach() {
             eprintln!("{name:16} {method:11} {:.4} {:.2} dB", s.ssim, s.psnr);
         }
     }
-    // Measured: 0.905 and 18.9 dB with 18 taps a pixel, tuned on other scenes.
+    // Measured: 0.917 and 20.7 dB with 36 taps a pixel, tuned on other scenes; GTAO itself, with 18, 0.852 and 18.6 dB.
+    let found = score(&folder, "room", &Classic::named("agtao:tuned").unwrap());
+    assert!(found.ssim > 0.91 && found.psnr > 20.5, "{found:?}");
     let found = score(&folder, "room", &Classic::named("gtao:tuned").unwrap());
-    assert!(found.ssim > 0.90 && found.psnr > 18.8, "{found:?}");
+    assert!(found.ssim > 0.85 && found.psnr > 18.5, "{found:?}");
     // Measured: 0.939 and 19.7 dB with 144 taps and nearly no fall-off.
     let many = [("slices", 9.0), ("steps", 8.0)];
     let hard = [("radius_scale", 1.0), ("falloff", 0.1), ("power", 1.0)];
