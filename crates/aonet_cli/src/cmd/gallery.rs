@@ -118,7 +118,9 @@ fn panels(
         }));
         panels.resize_with(panels.len().next_multiple_of(columns), blank);
         for shot in row {
-            let text = format!("{:.1} dB, {:.3}", shot.comparison.full.psnr, shot.comparison.full.ssim);
+            // What fits beside the scale of colours.
+            let ssim = format!("{:.3}", shot.comparison.full.ssim);
+            let text = format!("{:.1} dB {}", shot.comparison.full.psnr, ssim.trim_start_matches('0'));
             panels.push((picture::error(reference, &shot.ao)?, Caption { text, error_legend: true }));
         }
         panels.resize_with(panels.len().next_multiple_of(columns), blank);
