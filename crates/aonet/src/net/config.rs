@@ -18,7 +18,7 @@ pub enum Features {
     NormalDepthNormalized,
     /// Normal and the AO radius in pixels, log2: 4 channels. One network for any radius and any unit.
     NormalProjectedRadius,
-    /// The same and what a short horizon search finds: 5 channels.
+    /// The same and what a horizon search finds: 5 channels.
     NormalRadiusHorizon,
     /// Normal and view-space position in world units: 6 channels. What Deep Shading sees.
     NormalPosition,
@@ -217,7 +217,7 @@ impl ModelConfig {
         Self { patch: 1, encoder: vec![16, 32, 48, 64, 96], decoder: vec![64, 48, 32, 16], ..Self::paper() }
     }
 
-    /// Ours: corrects a short horizon search, knows the radius, has one more level and no kernels; fewer
+    /// Ours: corrects a horizon search, knows the radius, has one more level and no kernels; fewer
     /// multiplications than the paper's.
     pub fn any_radius() -> Self {
         Self {
