@@ -150,13 +150,14 @@ fn hill(x: f32, y: f32) -> f32 {
     0.5 * (1.9 * x).sin() * (1.4 * y + 0.5).cos()
 }
 
-fn height_field(size: (usize, usize)) -> GBuffer {
+/// A height z(x, y), seen from above at distance 5.
+fn height_field(size: (usize, usize), height: fn(f32, f32) -> f32) -> GBuffer {
     let camera = camera(PARALLEL, size);
     let place = |i: usize| camera.position_view(i % size.0, i / size.0, 1.0);
-    let depth = (0..size.0 * size.1).map(|i| 5.0 - hill(place(i).x, place(i).y)).collect();
+    let depth = (0..size.0 * size.1).map(|i| 5.0 - height(place(i).x, place(i).y)).collect();
     let normal = (0..size.0 * size.1).map(|i| {
         let (p, e) = (place(i), 1e-2);
-        let slope = |dx: f32, dy: f32| (hill(p.x + dx, p.y + dy) - hill(p.x - dx, p.y - dy)) / (2.0 * e);
+        let slope = |dx: f32, dy: f32| (height(p.x + dx, p.y + dy) - height(p.x - dx, p.y - dy)) / (2.0 * e);
         Vec3A::new(-slope(e, 0.0), -slope(0.0, e), 1.0).normalize().to_array()
     });
     GBuffer::new(camera, depth, normal.collect()).unwrap()
@@ -180,7 +181,7 @@ fn marched(frame: &GBuffer, i: usize, radius: f32) -> f32 {
 
 #[test]
 fn horizons_converge_to_rays_where_nothing_is_hidden() {
-    let frame = height_field((120, 68));
+    let frame = height_field((120, 68), hill);
     let params = AoParams { radius: 1.2 };
     let truth: Vec<f32> = (0..120 * 68).map(|i| marched(&frame, i, params.radius)).collect();
     let truth = AoImage::new(120, 68, truth).unwrap();
@@ -195,6 +196,20 @@ fn horizons_converge_to_rays_where_nothing_is_hidden() {
         let coarse = Classic::named(name).unwrap().run(&frame, params).unwrap();
         let worse = metrics::compare(&truth, &coarse, Some(&inside)).unwrap().foreground.unwrap();
         assert!(worse.psnr < score.psnr, "{name}: defaults {} dB", worse.psnr);
+    }
+}
+
+/// From the lowest point of a round bowl, the sky ends at the rim: a cone with the sine squared a² / (a² + h²).
+#[test]
+fn the_bottom_of_a_cavity_has_the_closed_form() {
+    const RIM: (f32, f32) = (1.5, 1.0);
+    let (a, h) = RIM;
+    let bowl = |x: f32, y: f32| RIM.1 * ((x * x + y * y) / (RIM.0 * RIM.0)).min(1.0);
+    let frame = height_field((161, 161), bowl);
+    for name in ["gtao", "vbao", "agtao"] {
+        let image = exact(name).run(&frame, AoParams { radius: 2.5 }).unwrap();
+        let (found, expected) = (at(&image, 80, 80), a * a / (a * a + h * h));
+        assert!((found - expected).abs() < 0.02, "{name}: {found}, expected {expected}");
     }
 }
 
