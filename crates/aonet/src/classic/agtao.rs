@@ -32,8 +32,6 @@ filtered_params! {
     }
 }
 
-impl AgtaoParams {}
-
 /// Attenuated GTAO of one frame.
 pub(crate) struct Agtao<'a> {
     screen: &'a Screen<'a>,

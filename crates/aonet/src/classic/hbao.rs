@@ -35,8 +35,6 @@ filtered_params! {
     }
 }
 
-impl HbaoParams {}
-
 /// HBAO of one frame.
 pub(crate) struct Hbao<'a> {
     screen: &'a Screen<'a>,

@@ -26,8 +26,6 @@ filtered_params! {
     }
 }
 
-impl NnaoParams {}
-
 /// Rotations of the spiral.
 const ROTATIONS: usize = 64;
 /// Vectors in a row of the noise's tile.

@@ -34,8 +34,6 @@ filtered_params! {
     }
 }
 
-impl SsaoParams {}
-
 /// SSAO of one frame.
 pub(crate) struct Ssao<'a> {
     screen: &'a Screen<'a>,

@@ -31,8 +31,6 @@ filtered_params! {
     }
 }
 
-impl SsdoParams {}
-
 /// SSDO's occlusion of one frame.
 pub(crate) struct Ssdo<'a> {
     screen: &'a Screen<'a>,
