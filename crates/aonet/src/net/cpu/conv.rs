@@ -8,9 +8,12 @@ use super::resample::repeat_ends;
 use super::ring::{Input, Ring};
 use super::simd::{Kernel, Simd};
 use crate::error::Result;
-use crate::net::graph::{Activation, LEAKY_SLOPE};
+use crate::net::graph::Activation;
 use crate::net::plan::{Buffer, HALO, Layout, Plan, Source};
 use crate::net::weights::Weights;
+
+/// Rows of input that a row of output sees.
+const ROWS: usize = 3;
 
 /// A convolution with its weights in the order in which they are used.
 #[derive(Debug)]
@@ -31,21 +34,21 @@ impl Conv {
     pub(super) fn new(plan: &Plan, weights: &Weights, isa: Isa, step: ConvStep<'_>) -> Result<Self> {
         let (name, sources, output, [size, groups], activation) = step;
         let output = plan.buffers[output].clone();
-        let input = |s: &Source| Input::new(plan.buffers[s.buffer].clone(), s.resample, output.width);
+        let input = |s: &Source| {
+            let buffer = plan.buffers[s.buffer].clone();
+            let read_as = (buffer.layout, output.width);
+            Input::new(buffer, s.resample, read_as)
+        };
         let inputs: Vec<_> = sources.iter().map(input).collect();
         let weight = &weights.get(&format!("{name}.weight")).values;
         let bias = &weights.get(&format!("{name}.bias")).values;
         let groups = conv_weights::pack((weight, bias), &inputs, [size, groups], isa)?;
-        let slope = match activation {
-            Activation::Linear => 1.0,
-            Activation::LeakyRelu => LEAKY_SLOPE,
-        };
-        Ok(Self { inputs, groups, output, size, slope })
+        Ok(Self { inputs, groups, output, size, slope: activation.slope() })
     }
 
     /// Values of scratch memory that a thread needs.
     pub(super) fn scratch_len(&self) -> usize {
-        self.inputs.iter().map(Input::ring_len).sum()
+        self.inputs.iter().map(|input| input.ring_len(ROWS)).sum()
     }
 
     /// Runs over the arena.
@@ -71,8 +74,8 @@ impl Kernel for ConvBand<'_> {
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
         let Self { conv, sources, band } = self;
-        let (first_ring, second_ring) = band.scratch.split_at_mut(conv.inputs[0].ring_len());
-        let mut rings = [Ring::new(first_ring), Ring::new(second_ring)];
+        let (first_ring, second_ring) = band.scratch.split_at_mut(conv.inputs[0].ring_len(ROWS));
+        let mut rings = [Ring::<ROWS>::new(first_ring), Ring::<ROWS>::new(second_ring)];
         for (i, out) in band.values.chunks_exact_mut(conv.output.row_len()).enumerate() {
             let y = band.first + i;
             let rows = [y.saturating_sub(1), y, (y + 1).min(conv.output.height - 1)];

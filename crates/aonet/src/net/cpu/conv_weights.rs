@@ -51,7 +51,7 @@ pub(super) fn pack(
 }
 
 /// Splits `count` vectors of output channels into groups of one to three.
-fn split_vectors(count: usize, isa: Isa) -> Vec<usize> {
+pub(super) fn split_vectors(count: usize, isa: Isa) -> Vec<usize> {
     // Three vectors leave room for 8 pixels with 24 accumulators; with 12, pairs of 6 pixels are better.
     let widest = if isa.accumulators() >= 24 && count.is_multiple_of(3) { 3 } else { 2 };
     (0..count).step_by(widest).map(|first| widest.min(count - first)).collect()

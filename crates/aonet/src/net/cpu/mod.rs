@@ -26,6 +26,10 @@ mod tests;
 mod wide;
 #[cfg(target_arch = "x86_64")]
 mod wide_x86;
+mod winograd;
+mod winograd_squares;
+mod winograd_transforms;
+mod winograd_weights;
 #[cfg(target_arch = "x86_64")]
 mod x86;
 

@@ -1,66 +1,67 @@
-//! Inputs of a convolution, row by row: read as they are, or pooled or upsampled just before they are needed.
+//! Inputs of a convolution, row by row: read as they are, or pooled, upsampled or laid out in blocks just before they are
+//! needed.
 
-use super::resample::{avg_pool, upsample2};
+use super::resample::{avg_pool, block_lines, upsample2};
 use super::simd::Simd;
-use crate::net::plan::{Buffer, Resample};
-
-/// Rows of resampled input that a thread keeps.
-const RING: usize = 3;
+use crate::net::plan::{Buffer, Layout, Resample};
 
 /// An input of a convolution.
 #[derive(Debug)]
 pub(super) struct Input {
     pub(super) buffer: Buffer,
     resample: Resample,
-    /// Length of a row after resampling.
+    /// As the convolution reads it.
+    pub(super) layout: Layout,
+    /// Length of a row as the convolution reads it.
     row_len: usize,
 }
 
 impl Input {
-    /// A buffer that has `width` columns after resampling.
-    pub(super) fn new(buffer: Buffer, resample: Resample, width: usize) -> Self {
-        let row_len = Buffer { width, ..buffer.clone() }.row_len();
-        Self { buffer, resample, row_len }
+    /// A buffer that is read with `width` columns in `layout`; blocked images cannot be read planar.
+    pub(super) fn new(buffer: Buffer, resample: Resample, (layout, width): (Layout, usize)) -> Self {
+        let row_len = Buffer { width, layout, ..buffer.clone() }.row_len();
+        Self { buffer, resample, layout, row_len }
     }
 
-    /// Length of the ring that it needs.
-    pub(super) fn ring_len(&self) -> usize {
-        match self.resample {
-            Resample::None => 0,
-            Resample::AvgPool(_) | Resample::Upsample2 => RING * self.row_len,
-        }
+    /// Length of the ring of `rows` that it needs.
+    pub(super) fn ring_len(&self, rows: usize) -> usize {
+        if self.is_in_place() { 0 } else { rows * self.row_len }
+    }
+
+    fn is_in_place(&self) -> bool {
+        self.resample == Resample::None && self.layout == self.buffer.layout
     }
 }
 
-/// The last resampled rows of an input: row y is in slot y mod 3.
-pub(super) struct Ring<'a> {
+/// The last `ROWS` rows that were prepared of an input: row y is in slot y mod `ROWS`.
+pub(super) struct Ring<'a, const ROWS: usize> {
     values: &'a mut [f32],
-    held: [usize; RING],
+    held: [usize; ROWS],
 }
 
-impl<'a> Ring<'a> {
+impl<'a, const ROWS: usize> Ring<'a, ROWS> {
     pub(super) fn new(values: &'a mut [f32]) -> Self {
-        Self { values, held: [usize::MAX; RING] }
+        Self { values, held: [usize::MAX; ROWS] }
     }
 
-    /// Makes sure that the ring holds `rows` of the resampled input.
+    /// Makes sure that the ring holds neighbouring `rows` of the prepared input.
     #[inline(always)]
     pub(super) fn fill<S: Simd>(
         &mut self,
         simd: S,
         input: &Input,
         source: &[f32],
-        (rows, width): ([usize; 3], usize),
+        (rows, width): ([usize; ROWS], usize),
     ) {
-        if input.resample == Resample::None {
+        if input.is_in_place() {
             return;
         }
         for y in rows {
-            if self.held[y % RING] == y {
+            if self.held[y % ROWS] == y {
                 continue;
             }
-            self.held[y % RING] = y;
-            let out = &mut self.values[y % RING * input.row_len..][..input.row_len];
+            self.held[y % ROWS] = y;
+            let out = &mut self.values[y % ROWS * input.row_len..][..input.row_len];
             let last = input.buffer.height - 1;
             let row = |y: usize| &source[y.min(last) * input.buffer.row_len()..][..input.buffer.row_len()];
             match input.resample {
@@ -69,19 +70,17 @@ impl<'a> Ring<'a> {
                     upsample2(simd, [row(y / 2), row((y / 2).saturating_sub(1))], out, width);
                 }
                 Resample::Upsample2 => upsample2(simd, [row(y / 2), row(y / 2 + 1)], out, width),
-                Resample::None => {}
+                Resample::None => block_lines::<S>(row(y), out, width),
             }
         }
     }
 
-    /// Row `y` of the input after resampling.
+    /// Row `y` of the input as the convolution reads it.
     #[inline(always)]
     pub(super) fn row<'s>(&'s self, input: &Input, source: &'s [f32], y: usize) -> &'s [f32] {
-        match input.resample {
-            Resample::None => &source[y * input.row_len..][..input.row_len],
-            Resample::AvgPool(_) | Resample::Upsample2 => {
-                &self.values[y % RING * input.row_len..][..input.row_len]
-            }
+        match input.is_in_place() {
+            true => &source[y * input.row_len..][..input.row_len],
+            false => &self.values[y % ROWS * input.row_len..][..input.row_len],
         }
     }
 }

@@ -7,6 +7,7 @@ use super::features::PartitionFeatures;
 use super::head::Head;
 use super::image::Image;
 use super::level::{Isa, Level};
+use super::winograd::{self, Winograd};
 use crate::ao_image::{AoImage, AoParams};
 use crate::classic;
 use crate::error::{Error, Result};
@@ -59,6 +60,7 @@ impl Horizons {
 enum Prepared {
     Features(PartitionFeatures),
     Conv(Conv),
+    Winograd(Winograd),
     Head(Head),
     Image(Image),
 }
@@ -126,6 +128,7 @@ impl Session {
             match step {
                 Prepared::Features(step) => step.run(self.isa, &features, &mut self.workers, &mut self.arena),
                 Prepared::Conv(conv) => conv.run(self.isa, &mut self.workers, &mut self.arena),
+                Prepared::Winograd(conv) => conv.run(self.isa, &mut self.workers, &mut self.arena),
                 Prepared::Head(head) => {
                     head.run(self.isa, (&mut self.workers, &self.arena), (gbuffer, image), horizon);
                 }
@@ -161,7 +164,12 @@ impl Prepared {
             }),
             Step::Conv { name, sources, output, size, groups, activation } => {
                 let shape = [*size, *groups];
-                Self::Conv(Conv::new(plan, weights, isa, (name, sources, *output, shape, *activation))?)
+                let step = (name.as_str(), &sources[..], *output, shape, *activation);
+                let in_channels = sources.iter().map(|s| plan.buffers[s.buffer].channels).sum();
+                match winograd::pays([in_channels, plan.buffers[*output].channels], shape) {
+                    true => Self::Winograd(Winograd::new(plan, weights, isa, step)?),
+                    false => Self::Conv(Conv::new(plan, weights, isa, step)?),
+                }
             }
             Step::Head { name, input, guide, patch, kernel } => {
                 Self::Head(Head::new(plan, weights, isa, (name, [*input, *guide], *patch, *kernel))?)
@@ -174,6 +182,7 @@ impl Prepared {
         match self {
             Self::Features(step) => step.scratch_len(),
             Self::Conv(conv) => conv.scratch_len(),
+            Self::Winograd(conv) => conv.scratch_len(isa),
             Self::Head(head) => head.scratch_len(isa),
             Self::Image(_) => 0,
         }
