@@ -2,7 +2,7 @@
 
 mod common;
 
-use aonet::net::cpu::{Level, Session};
+use aonet::net::cpu::{Level, Options, Precision, Session};
 use aonet::net::{Features, KernelWeights, Model, ModelConfig, Skips, naive};
 use aonet::{AoImage, GBuffer};
 use common::{assert_close, camera, frame, model, params, small, spread};
@@ -15,7 +15,8 @@ const KERNELS: [KernelWeights; 3] = [KernelWeights::Off, KernelWeights::Linear, 
 
 fn run(model: &Model, gbuffer: &GBuffer, (threads, level): (usize, Level)) -> AoImage {
     let size = (gbuffer.width(), gbuffer.height());
-    let mut session = Session::with_level(model, size, threads, level).unwrap();
+    let mut session =
+        Session::with_options(model, size, Options { threads, level, precision: Precision::F32 }).unwrap();
     let mut image = AoImage::open(size.0, size.1).unwrap();
     session.run(gbuffer, params(), &mut image).unwrap();
     image

@@ -5,6 +5,8 @@ use super::bands::Workers;
 use super::conv::Conv;
 use super::head::Head;
 use super::level::{Isa, Level};
+use super::precision::Arithmetic;
+use super::recipe::Recipe;
 use super::winograd::Winograd;
 use crate::net::config::KernelWeights;
 use crate::net::graph::{Activation, Graph, Op};
@@ -156,11 +158,13 @@ fn check_conv(
             let same = |i: usize| before[i].to_bits() == arena[i].to_bits();
             assert!(outside.clone().all(same), "{level:?} {what}: wrote outside of its output");
         };
-        let conv = Conv::new(&plan, &weights, isa, step).unwrap();
-        check(conv.scratch_len(), &|workers, arena| conv.run(isa, workers, arena), MAX_NMSE);
+        let arithmetic = Arithmetic::F32(isa);
+        let recipe = Recipe { plan: &plan, weights: &weights, arithmetic, ranges: Option::None };
+        let conv = Conv::new(&recipe, step).unwrap();
+        check(conv.scratch_len(), &|workers, arena| conv.run(workers, arena), MAX_NMSE);
         if size == 3 && groups == 1 {
-            let conv = Winograd::new(&plan, &weights, isa, step).unwrap();
-            check(conv.scratch_len(isa), &|workers, arena| conv.run(isa, workers, arena), MAX_WINOGRAD_NMSE);
+            let conv = Winograd::new(&recipe, step).unwrap();
+            check(conv.scratch_len(), &|workers, arena| conv.run(workers, arena), MAX_WINOGRAD_NMSE);
         }
     }
 }
@@ -263,15 +267,17 @@ fn check_head(channels: usize, (patch, kernel): (usize, KernelWeights), (width, 
         .collect();
     for level in Level::available() {
         let isa = Isa::new(level).unwrap();
-        let head = Head::new(&plan, &weights, isa, ("conv", [0, 1], patch, kernel)).unwrap();
+        let arithmetic = Arithmetic::F32(isa);
+        let recipe = Recipe { plan: &plan, weights: &weights, arithmetic, ranges: None };
+        let head = Head::new(&recipe, ("conv", [0, 1], patch, kernel)).unwrap();
         let mut arena = Aligned::zeros(arena_len).unwrap();
         arena.fill(f32::NAN);
         put(&features, &plan.buffers[0], isa.lanes(), &mut arena);
         put(&naive::patch_partition(&guide, patch), &plan.buffers[1], isa.lanes(), &mut arena);
-        let mut workers = Workers::new(2, head.scratch_len(isa)).unwrap();
+        let mut workers = Workers::new(2, head.scratch_len()).unwrap();
         let mut image = AoImage::open(width, height).unwrap();
         image.visibility_mut().fill(f32::NAN);
-        head.run(isa, (&mut workers, &arena), (&gbuffer, &mut image), &base);
+        head.run((&mut workers, &arena), (&gbuffer, &mut image), &base);
         assert_close(image.visibility(), &expected, &format!("{level:?} {what}"));
     }
 }

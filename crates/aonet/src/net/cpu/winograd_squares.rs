@@ -1,5 +1,6 @@
 //! A few squares of a row on their way through Winograd's convolution: factors, products, outputs.
 
+use super::dot::Dot;
 use super::simd::Simd;
 use super::winograd_transforms::{IN, OUT, PRODUCTS, input, output};
 use super::winograd_weights::Group;
@@ -23,37 +24,39 @@ pub(super) struct Factors<'a> {
 
 impl<'a> Factors<'a> {
     /// Of `squares` squares with `blocks` blocks of channels, in memory that is long enough.
-    pub(super) fn new<S: Simd>(scratch: &'a mut [f32], blocks: usize, squares: usize) -> Self {
-        let pitch = blocks * squares * S::LANES + CHANNEL_BLOCK;
+    pub(super) fn new<D: Dot>(scratch: &'a mut [f32], blocks: usize, squares: usize) -> Self {
+        let pitch = blocks * squares * (D::Simd::LANES / D::PACKED) + CHANNEL_BLOCK;
         let (values, rest) = scratch.split_at_mut(PRODUCTS * pitch);
         Self { values, rest, squares, pitch }
     }
 
     /// Transforms an input, whose blocks become `blocks` of all blocks, from square `first` of a row on.
     #[inline(always)]
-    pub(super) fn fill<S: Simd>(
+    pub(super) fn fill<D: Dot>(
         &mut self,
-        simd: S,
+        dot: D,
         (lines, blocks): (&Lines<'_>, Range<usize>),
         (first, width): (usize, usize),
     ) {
-        let pitch = (width + 2 * HALO) * S::LANES;
+        let pitch = (width + 2 * HALO) * D::Simd::LANES;
         for (i, block) in blocks.enumerate() {
-            let lines = lines.map(|line| &line[i * pitch..][..pitch]);
+            let line = |y: usize| &lines[y][i * pitch..][..pitch];
+            let lines = [line(0), line(1), line(2), line(3), line(4), line(5)];
             for square in 0..self.squares {
-                let to = (block * self.squares + square) * S::LANES;
-                self.square(simd, &lines, ((first + square) * OUT, to));
+                let to = (block * self.squares + square) * (D::Simd::LANES / D::PACKED);
+                self.square(dot, &lines, ((first + square) * OUT, to));
             }
         }
     }
 
     #[inline(always)]
-    fn square<S: Simd>(&mut self, simd: S, lines: &Lines<'_>, (x, to): (usize, usize)) {
-        let last = lines[0].len() - S::LANES;
+    fn square<D: Dot>(&mut self, dot: D, lines: &Lines<'_>, (x, to): (usize, usize)) {
+        let (simd, lanes) = (dot.simd(), D::Simd::LANES);
+        let last = lines[0].len() - lanes;
         let mut columns = [[simd.splat(0.0); IN]; IN];
         for (i, column) in columns.iter_mut().enumerate() {
             // Beyond the image only outputs are computed that nobody sees.
-            let at = ((x + i) * S::LANES).min(last);
+            let at = ((x + i) * lanes).min(last);
             let line = |y: usize| simd.load(&lines[y][at..]);
             *column = input(simd, [line(0), line(1), line(2), line(3), line(4), line(5)]);
         }
@@ -61,15 +64,15 @@ impl<'a> Factors<'a> {
             let of = |x: usize| columns[x][y];
             let row = input(simd, [of(0), of(1), of(2), of(3), of(4), of(5)]);
             for (x, value) in row.into_iter().enumerate() {
-                simd.store(value, &mut self.values[(y * IN + x) * self.pitch + to..]);
+                dot.pack(value, &[], &[], &mut self.values[(y * IN + x) * self.pitch + to..]);
             }
         }
     }
 
     /// Room for the products of the same squares with `vectors` vectors of output channels.
-    pub(super) fn then_products<S: Simd>(self, vectors: usize) -> (Self, Products<'a>) {
+    pub(super) fn then_products<D: Dot>(self, vectors: usize) -> (Self, Products<'a>) {
         let Self { values, rest, squares, pitch } = self;
-        let products_pitch = vectors * squares * S::LANES + CHANNEL_BLOCK;
+        let products_pitch = vectors * squares * D::Simd::LANES + CHANNEL_BLOCK;
         let products =
             Products { values: &mut rest[..PRODUCTS * products_pitch], squares, pitch: products_pitch };
         (Self { values, rest: &mut [], squares, pitch }, products)
@@ -86,9 +89,9 @@ pub(super) struct Products<'a> {
 impl Products<'_> {
     /// Multiplies the factors with the weights of a group of outputs, whose first vector is number `first_vector`.
     #[inline(always)]
-    pub(super) fn fill<S: Simd>(
+    pub(super) fn fill<D: Dot>(
         &mut self,
-        simd: S,
+        dot: D,
         factors: &Factors<'_>,
         (group, block_channels, first_vector): (&Group, &[usize], usize),
     ) {
@@ -96,12 +99,12 @@ impl Products<'_> {
         let products =
             self.values.chunks_exact_mut(self.pitch).zip(factors.values.chunks_exact(factors.pitch));
         for ((sums, factors), weights) in products.zip(group.weights.chunks_exact(weights_len)) {
-            let sums = &mut sums[first_vector * self.squares * S::LANES..];
+            let sums = &mut sums[first_vector * self.squares * D::Simd::LANES..];
             let product = Product { factors, weights, block_channels, squares: self.squares };
             match group.vectors {
-                1 => product.run::<S, 1>(simd, sums),
-                2 => product.run::<S, 2>(simd, sums),
-                3 if const { S::ACCUMULATORS >= 24 } => product.run::<S, 3>(simd, sums),
+                1 => product.run::<D, 1>(dot, sums),
+                2 => product.run::<D, 2>(dot, sums),
+                3 if const { D::Simd::ACCUMULATORS >= 24 } => product.run::<D, 3>(dot, sums),
                 n => unreachable!("a group of {n} vectors"),
             }
         }
@@ -162,25 +165,31 @@ struct Product<'a> {
 
 impl Product<'_> {
     #[inline(always)]
-    fn run<S: Simd, const N: usize>(&self, simd: S, sums: &mut [f32]) {
-        let most = MAX_SQUARES.min(S::ACCUMULATORS / N);
+    fn run<D: Dot, const N: usize>(&self, dot: D, sums: &mut [f32]) {
+        let most = MAX_SQUARES.min(D::Simd::ACCUMULATORS / N);
         let count = self.squares.div_ceil(most);
         let mut first = 0;
         for i in 0..count {
             let end = (i + 1) * self.squares / count;
             match end - first {
-                1 => self.squares::<S, N, 1>(simd, (first, sums)),
-                2 => self.squares::<S, N, 2>(simd, (first, sums)),
-                3 => self.squares::<S, N, 3>(simd, (first, sums)),
-                4 => self.squares::<S, N, 4>(simd, (first, sums)),
-                5 if const { 5 * N <= S::ACCUMULATORS } => self.squares::<S, N, 5>(simd, (first, sums)),
-                6 if const { 6 * N <= S::ACCUMULATORS } => self.squares::<S, N, 6>(simd, (first, sums)),
-                7 if const { 7 * N <= S::ACCUMULATORS } => self.squares::<S, N, 7>(simd, (first, sums)),
-                8 if const { 8 * N <= S::ACCUMULATORS } => self.squares::<S, N, 8>(simd, (first, sums)),
-                9 if const { 9 * N <= S::ACCUMULATORS } => self.squares::<S, N, 9>(simd, (first, sums)),
-                10 if const { 10 * N <= S::ACCUMULATORS } => self.squares::<S, N, 10>(simd, (first, sums)),
-                11 if const { 11 * N <= S::ACCUMULATORS } => self.squares::<S, N, 11>(simd, (first, sums)),
-                12 if const { 12 * N <= S::ACCUMULATORS } => self.squares::<S, N, 12>(simd, (first, sums)),
+                1 => self.squares::<D, N, 1>(dot, (first, sums)),
+                2 => self.squares::<D, N, 2>(dot, (first, sums)),
+                3 => self.squares::<D, N, 3>(dot, (first, sums)),
+                4 => self.squares::<D, N, 4>(dot, (first, sums)),
+                5 if const { 5 * N <= D::Simd::ACCUMULATORS } => self.squares::<D, N, 5>(dot, (first, sums)),
+                6 if const { 6 * N <= D::Simd::ACCUMULATORS } => self.squares::<D, N, 6>(dot, (first, sums)),
+                7 if const { 7 * N <= D::Simd::ACCUMULATORS } => self.squares::<D, N, 7>(dot, (first, sums)),
+                8 if const { 8 * N <= D::Simd::ACCUMULATORS } => self.squares::<D, N, 8>(dot, (first, sums)),
+                9 if const { 9 * N <= D::Simd::ACCUMULATORS } => self.squares::<D, N, 9>(dot, (first, sums)),
+                10 if const { 10 * N <= D::Simd::ACCUMULATORS } => {
+                    self.squares::<D, N, 10>(dot, (first, sums))
+                }
+                11 if const { 11 * N <= D::Simd::ACCUMULATORS } => {
+                    self.squares::<D, N, 11>(dot, (first, sums))
+                }
+                12 if const { 12 * N <= D::Simd::ACCUMULATORS } => {
+                    self.squares::<D, N, 12>(dot, (first, sums))
+                }
                 n => unreachable!("{n} squares in registers"),
             }
             first = end;
@@ -188,26 +197,30 @@ impl Product<'_> {
     }
 
     #[inline(always)]
-    fn squares<S: Simd, const N: usize, const P: usize>(&self, simd: S, (first, out): (usize, &mut [f32])) {
-        let mut sums = [[simd.splat(0.0); P]; N];
+    fn squares<D: Dot, const N: usize, const P: usize>(&self, dot: D, (first, out): (usize, &mut [f32])) {
+        let (simd, lanes, words) = (dot.simd(), D::Simd::LANES, D::Simd::LANES / D::PACKED);
+        let mut sums = [[dot.zero(); P]; N];
         let mut weights = self.weights;
-        let blocks = self.factors.chunks_exact(self.squares * S::LANES);
+        let blocks = self.factors.chunks_exact(self.squares * words);
         for (block, channels) in blocks.zip(self.block_channels) {
-            let squares = &block[first * S::LANES..][..P * S::LANES];
-            let (now, rest) = weights.split_at(channels * N * S::LANES);
-            for (c, weights) in now.chunks_exact(N * S::LANES).enumerate().take(S::LANES) {
+            let squares = &block[first * words..][..P * words];
+            let (now, rest) = weights.split_at(channels.div_ceil(D::PACKED) * N * lanes);
+            for (c, weights) in now.chunks_exact(N * lanes).enumerate().take(words) {
                 for p in 0..P {
-                    let value = simd.splat(squares[p * S::LANES + c]);
+                    let value = dot.splat(squares[p * words + c]);
                     for n in 0..N {
-                        sums[n][p] = simd.mul_add(value, simd.load(&weights[n * S::LANES..]), sums[n][p]);
+                        sums[n][p] = dot.add(value, dot.load(&weights[n * lanes..]), sums[n][p]);
                     }
                 }
             }
             weights = rest;
         }
-        for (n, sums) in sums.iter().enumerate() {
-            let out = &mut out[(n * self.squares + first) * S::LANES..][..P * S::LANES];
-            sums.iter().zip(out.chunks_exact_mut(S::LANES)).for_each(|(sum, out)| simd.store(*sum, out));
+        let (one, zero) = (simd.splat(1.0), simd.splat(0.0));
+        for (n, sums) in sums.into_iter().enumerate() {
+            let out = &mut out[(n * self.squares + first) * lanes..][..P * lanes];
+            for (sum, out) in sums.into_iter().zip(out.chunks_exact_mut(lanes)) {
+                simd.store(dot.finish(sum, one, zero), out);
+            }
         }
     }
 }
