@@ -6,6 +6,7 @@ mod setup;
 
 mod cmd {
     pub(crate) mod bench;
+    pub(crate) mod calibrate;
     pub(crate) mod classic;
     pub(crate) mod compare;
     pub(crate) mod dataset;
@@ -51,6 +52,7 @@ enum Command {
     Dataset(cmd::dataset::Args),
     Train(cmd::train::Args),
     Tune(cmd::tune::Args),
+    Calibrate(cmd::calibrate::Args),
     Eval(cmd::eval::Args),
     Flicker(cmd::flicker::Args),
     Export(cmd::export::Args),
@@ -100,6 +102,7 @@ fn run(command: Command) -> anyhow::Result<Outcome> {
         Command::Dataset(args) => cmd::dataset::run(args)?,
         Command::Train(args) => cmd::train::run(args)?,
         Command::Tune(args) => cmd::tune::run(&args)?,
+        Command::Calibrate(args) => cmd::calibrate::run(&args)?,
         Command::Eval(args) => cmd::eval::run(&args)?,
         Command::Flicker(args) => cmd::flicker::run(&args)?,
         Command::Export(args) => cmd::export::run(&args)?,

@@ -4,6 +4,7 @@
 mod adam;
 pub mod ao_file;
 pub mod atomic_file;
+pub mod calibrate;
 pub mod dataset;
 pub mod error;
 pub mod eval;

@@ -60,7 +60,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     let sampling = Sampling { spp: args.spp, seed: 1 };
     let reference = setup::reference(&tracer, &surface, params, sampling)?;
     let trace_s = start.elapsed().as_secs_f64();
-    let network = Method::Network { model: &model, threads: setup::threads(args.threads) };
+    let network = Method::network(&model, setup::threads(args.threads));
     let (ao, ms) = run_method(&network, &surface.gbuffer, params)?;
     let constant = Method::Constant(model.facts().mean_visibility.unwrap_or(0.8));
     let (flat, _) = run_method(&constant, &surface.gbuffer, params)?;

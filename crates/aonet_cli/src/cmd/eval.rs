@@ -1,23 +1,22 @@
 //! `aonet eval`: networks, classic methods and a constant image against the reference, over a dataset.
 
-use crate::output::{self, Style, number, table};
-use crate::setup;
+mod report;
+
+use crate::{output, setup};
 use anyhow::{Context, Result, bail};
 use aonet::net::Model;
+use aonet::net::cpu::{Options, Precision};
 use aonet_offline::atomic_file;
 use aonet_offline::dataset::{Manifest, Split};
-use aonet_offline::eval::phenomena::{self, Breakdown, Phenomenon, RadiusClass};
-use aonet_offline::eval::{Contestant, Method, Row, Table, evaluate, mean_visibility, radius_fits};
+use aonet_offline::eval::{Contestant, Method, evaluate, mean_visibility, radius_fits};
 use clap::{Parser, ValueEnum};
 use indicatif::ProgressBar;
-use serde::Serialize;
-use serde_json::json;
 use std::path::PathBuf;
 
 /// Score networks and classic methods on the frames of a dataset: SSIM, PSNR and time.
 ///
 /// The first row is a constant image: the mean visibility of the frames that the first network was trained on. Times are
-/// the median over the frames, from buffers in memory to AO in memory, in f32.
+/// the median over the frames, from buffers in memory to AO in memory.
 #[derive(Debug, Parser)]
 #[command(after_help = "Examples:
   aonet eval data/any --split test
@@ -41,6 +40,9 @@ pub(crate) struct Args {
     /// Also score networks that were trained for another choice of radius; their rows are marked.
     #[arg(long)]
     any_radius: bool,
+    /// Numbers that the networks multiply: f32, bf16 or int8; may be repeated [default: f32].
+    #[arg(long, value_name = "PRECISION")]
+    precision: Vec<Precision>,
     /// Threads of the networks [default: all cores].
     #[arg(long)]
     threads: Option<usize>,
@@ -103,8 +105,12 @@ pub(crate) fn run(args: &Args) -> Result<()> {
                 manifest.plan.recipe.radius
             );
         }
-        let name = if fits { name.clone() } else { format!("{name} *") };
-        contestants.push(Contestant { name, method: Method::Network { model, threads } });
+        for precision in precisions(args) {
+            let name = if precision == Precision::F32 { name.clone() } else { format!("{name} {precision}") };
+            let name = if fits { name } else { format!("{name} *") };
+            let options = Options { threads, precision, ..Options::default() };
+            contestants.push(Contestant { name, method: Method::Network { model, options } });
+        }
     }
     let pool = setup::pool(args.threads)?;
     let classic = setup::classic(&args.classic)?;
@@ -119,13 +125,19 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     };
     let table = evaluate(&manifest, args.split.into(), &contestants, &progress)?;
     bar.finish_and_clear();
-    let conditions = conditions(args, &manifest, threads);
-    let text =
-        if args.json { as_json(args, &table, &conditions)? } else { as_text(args, &table, &conditions) };
+    let conditions = report::conditions(args, &manifest, threads);
+    let text = match args.json {
+        true => report::as_json(args, &table, &conditions)?,
+        false => report::as_text(args, &table, &conditions),
+    };
     if let Some(path) = &args.output {
         atomic_file::write(path, text.as_bytes())?;
     }
     output::text(&text)
+}
+
+fn precisions(args: &Args) -> Vec<Precision> {
+    if args.precision.is_empty() { vec![Precision::F32] } else { args.precision.clone() }
 }
 
 fn constant(args: &Args, model: &Model, manifest: &Manifest) -> Result<f32> {
@@ -134,100 +146,4 @@ fn constant(args: &Args, model: &Model, manifest: &Manifest) -> Result<f32> {
         Some(value) => bail!("the constant image: expected a value in [0, 1], found {value}"),
         None => mean_visibility(manifest).context("the constant image (give --constant)"),
     }
-}
-
-/// What the numbers depend on besides the methods.
-#[derive(Debug, Serialize)]
-struct Conditions {
-    command: String,
-    version: &'static str,
-    frames: usize,
-    width: usize,
-    height: usize,
-    /// Nothing where imported frames do not say.
-    reference_spp: Option<u32>,
-    threads: usize,
-    cores: usize,
-}
-
-fn conditions(args: &Args, manifest: &Manifest, threads: usize) -> Conditions {
-    let words: Vec<String> = std::env::args().skip(1).collect();
-    let (split, recipe) = (args.split.into(), &manifest.plan.recipe);
-    Conditions {
-        command: format!("aonet {}", words.join(" ")),
-        version: env!("CARGO_PKG_VERSION"),
-        frames: manifest.frames(split).count(),
-        width: recipe.width,
-        height: recipe.height,
-        reference_spp: Some(recipe.spp(split)).filter(|spp| *spp > 0),
-        threads,
-        cores: setup::threads(None),
-    }
-}
-
-fn as_text(args: &Args, table: &Table, c: &Conditions) -> String {
-    let style = if args.markdown { Style::Markdown } else { Style::Text };
-    let mut text = draw(&table.overall, style);
-    if table.overall.iter().any(|(name, _)| name.ends_with(" *")) {
-        text += "\n* trained for another choice of radius\n";
-    }
-    if args.breakdown {
-        text += &format!(
-            "\nRMSE / mean error (above zero: too bright) by place and by radius\n\n{}",
-            breakdown(table, style)
-        );
-    }
-    if args.by_scene {
-        for (scene, rows) in &table.by_scene {
-            text += &format!("\n{}{scene}\n\n{}", if args.markdown { "### " } else { "" }, draw(rows, style));
-        }
-    }
-    let quote = if args.markdown { "`" } else { "" };
-    let reference = c.reference_spp.map_or_else(|| "imported".into(), |spp| format!("{spp} rays"));
-    text + &format!(
-        "\n{} frames of {}x{}, reference {}; {} threads on {} cores; aonet {}\n{quote}{}{quote}\n",
-        c.frames, c.width, c.height, reference, c.threads, c.cores, c.version, c.command
-    )
-}
-
-fn draw(rows: &[(String, Row)], style: Style) -> String {
-    let cells = |(name, row): &(String, Row)| {
-        vec![
-            name.clone(),
-            number(row.ssim, 4),
-            number(row.ssim_8x8, 4),
-            number(row.psnr, 2),
-            number(row.psnr_pooled, 2),
-            number(row.ssim_foreground, 4),
-            number(row.psnr_foreground, 2),
-            number(row.ms, 1),
-        ]
-    };
-    let header = ["method", "SSIM", "SSIM 8x8", "PSNR dB", "pooled dB", "SSIM fg", "PSNR fg", "ms"];
-    table(&header, &rows.iter().map(cells).collect::<Vec<_>>(), style)
-}
-
-fn breakdown(results: &Table, style: Style) -> String {
-    let mut header = vec!["method"];
-    header.extend(Phenomenon::ALL.iter().map(|p| p.name()));
-    header.extend(RadiusClass::ALL.iter().map(|c| c.name()));
-    let cells = |(name, b): &(String, Breakdown)| {
-        let errors = b.phenomena.iter().chain(&b.radii);
-        let cell = |e: &phenomena::Error| format!("{} / {}", number(e.rmse(), 3), number(e.bias(), 3));
-        std::iter::once(name.clone()).chain(errors.map(cell)).collect()
-    };
-    table(&header, &results.breakdown.iter().map(cells).collect::<Vec<_>>(), style)
-}
-
-fn as_json(args: &Args, table: &Table, conditions: &Conditions) -> Result<String> {
-    let rows = |rows: &[(String, Row)]| -> Vec<_> {
-        rows.iter().map(|(name, row)| json!({ "method": name, "scores": row })).collect()
-    };
-    let scenes: serde_json::Map<_, _> =
-        table.by_scene.iter().map(|(s, r)| (s.clone(), json!(rows(r)))).collect();
-    let document = json!({
-        "dataset": args.dataset, "conditions": conditions, "overall": rows(&table.overall), "by_scene": scenes,
-        "breakdown": table.breakdown.iter().map(|(n, b)| json!({ "method": n, "errors": b })).collect::<Vec<_>>(),
-    });
-    Ok(format!("{}\n", serde_json::to_string_pretty(&document)?))
 }

@@ -81,7 +81,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     let references = (1..).zip(&path).map(reference).collect::<Result<Vec<_>>>()?;
     let gbuffers: Vec<_> = path.iter().map(|surface| surface.gbuffer.clone()).collect();
     let (threads, pool) = (setup::threads(args.threads), setup::pool(args.threads)?);
-    let networks = models.iter().map(|(name, model)| (name, Method::Network { model, threads }));
+    let networks = models.iter().map(|(name, model)| (name, Method::network(model, threads)));
     let by_hand = classic.iter().map(|(name, method)| (name, Method::Classic { method, pool: &pool }));
     let mut rows = Vec::new();
     for (name, method) in networks.chain(by_hand) {

@@ -3,7 +3,7 @@
 use crate::frame_args::FrameArgs;
 use crate::setup;
 use anyhow::Result;
-use aonet::net::cpu::Session;
+use aonet::net::cpu::{Options, Precision, Session};
 use aonet::{AoImage, AoParams};
 use clap::Parser;
 use std::path::PathBuf;
@@ -24,6 +24,10 @@ pub(crate) struct Args {
     /// Network; the shipped one that serves any radius if absent.
     #[arg(long, value_name = "M.safetensors")]
     model: Option<PathBuf>,
+    /// Numbers to multiply: f32, bf16 (AVX-512 BF16) or int8 (AVX-512 VNNI, and a network from `aonet calibrate` or a
+    /// shipped one) [default: bf16 where the machine has it, else f32].
+    #[arg(long)]
+    precision: Option<Precision>,
     /// Where to compute.
     #[arg(long, default_value = "cpu", value_parser = ["cpu"])]
     device: String,
@@ -37,7 +41,13 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     let (frame, params) = args.frame.load(fallback)?;
     let (width, height) = (frame.gbuffer.width(), frame.gbuffer.height());
     let mut image = AoImage::open(width, height)?;
-    let mut session = Session::new(&model, width, height, setup::threads(args.frame.threads))?;
+    let threads = setup::threads(args.frame.threads);
+    let options = Options {
+        threads,
+        precision: args.precision.unwrap_or_else(Precision::fastest),
+        ..Options::default()
+    };
+    let mut session = Session::with_options(&model, (width, height), options)?;
     let start = Instant::now();
     session.run(&frame.gbuffer, params, &mut image)?;
     args.frame.finish(&image, start, ("network", params))

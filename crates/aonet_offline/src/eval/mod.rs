@@ -9,7 +9,7 @@ use crate::timing;
 use aonet::classic::Classic;
 use aonet::metrics::{self, Comparison, Scores};
 use aonet::net::Model;
-use aonet::net::cpu::Session;
+use aonet::net::cpu::{Options, Session};
 use aonet::{AoImage, AoParams, GBuffer};
 use phenomena::{Breakdown, RadiusClass};
 use rayon::ThreadPool;
@@ -29,8 +29,8 @@ pub enum Method<'a> {
     Network {
         /// The network.
         model: &'a Model,
-        /// Threads to run it with, > 0.
-        threads: usize,
+        /// How it is run.
+        options: Options,
     },
     /// A method without a network, on the CPU.
     Classic {
@@ -39,6 +39,13 @@ pub enum Method<'a> {
         /// Threads to run it with.
         pool: &'a ThreadPool,
     },
+}
+
+impl<'a> Method<'a> {
+    /// A network in f32 on `threads` threads, > 0.
+    pub fn network(model: &'a Model, threads: usize) -> Self {
+        Self::Network { model, options: Options { threads, ..Options::default() } }
+    }
 }
 
 /// A named method.
@@ -165,11 +172,11 @@ impl<'a> Runner<'a> {
                 let image = pool.install(|| method.run(gbuffer, params))?;
                 Ok((image, Some(start.elapsed().as_secs_f64() * 1e3)))
             }
-            Method::Network { model, threads } => {
+            Method::Network { model, options } => {
                 let session = match &mut self.session {
                     Some((of, session)) if *of == size => session,
                     stale => {
-                        let mut session = Session::new(model, size.0, size.1, threads)?;
+                        let mut session = Session::with_options(model, size, options)?;
                         // The first run touches the arena's pages; only later ones are timed.
                         session.run(gbuffer, params, &mut image)?;
                         &mut stale.insert((size, session)).1
@@ -334,7 +341,7 @@ mod tests {
         let constant = mean_visibility(&manifest).unwrap();
         assert!((0.05..1.0).contains(&constant), "{constant}");
         let contestant = |method| Contestant { name: "c".into(), method };
-        let network = Method::Network { model: &model, threads: 2 };
+        let network = Method::network(&model, 2);
         let contestants = [contestant(Method::Constant(constant)), contestant(network)];
         let table = evaluate(&manifest, Split::Test, &contestants, &|_, _| ()).unwrap();
         assert_eq!(table.by_scene["clutter_pile_2"], table.overall);

@@ -191,7 +191,7 @@ fn score(
     };
     for (nth, (key, job)) in jobs.iter().enumerate() {
         let method = match job {
-            Job::Network(model) => Method::Network { model, threads: subject.threads },
+            Job::Network(model) => Method::network(model, subject.threads),
             Job::Classic(method) => Method::Classic { method, pool },
         };
         let scores = run(method, nth)?;

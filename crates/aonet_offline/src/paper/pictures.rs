@@ -79,7 +79,7 @@ fn chosen(manifest: &Manifest, count: usize) -> Vec<&FrameEntry> {
 
 fn shoot(subject: &Subject<'_>, key: &str, view: &View) -> Result<Option<Shot>> {
     let Some(model) = subject.models.first(key) else { return Ok(None) };
-    let method = Method::Network { model, threads: subject.threads };
+    let method = Method::network(model, subject.threads);
     let (ao, _) = eval::run(&method, &view.gbuffer, view.params)?;
     let scores = metrics::compare(&view.reference, &ao, None)?.full;
     Ok(Some(Shot { ao, scores }))

@@ -38,14 +38,14 @@ pub(super) fn write(
 /// Value `cell` of phase `dx` becomes pixel `cell * PATCH + dx`.
 #[inline(always)]
 fn interleave<const PATCH: usize>((phases, cells): (&[f32], usize), line: &mut [f32]) {
-    let whole = line.len() / PATCH;
-    for dx in 0..PATCH {
-        let phase = &phases[dx * cells..][..whole];
-        for (pixels, value) in line.chunks_exact_mut(PATCH).zip(phase) {
-            pixels[dx] = *value;
+    let mut phase = [&[][..]; PATCH];
+    phase.iter_mut().zip(phases.chunks_exact(cells)).for_each(|(phase, values)| *phase = values);
+    let (whole, rest) = line.as_chunks_mut::<PATCH>();
+    assert!(whole.len() <= cells);
+    for (cell, pixels) in whole.iter_mut().enumerate() {
+        for (pixel, values) in pixels.iter_mut().zip(&phase) {
+            *pixel = values[cell];
         }
     }
-    for (dx, value) in line[whole * PATCH..].iter_mut().enumerate() {
-        *value = phases[dx * cells + whole];
-    }
+    rest.iter_mut().zip(&phase).for_each(|(pixel, values)| *pixel = values[whole.len()]);
 }

@@ -1,0 +1,51 @@
+//! `aonet calibrate`: a network that knows its ranges, for integers.
+
+use crate::{output, setup};
+use anyhow::Result;
+use aonet::net::model::Precision;
+use aonet_offline::dataset::Manifest;
+use aonet_offline::{atomic_file, calibrate};
+use clap::Parser;
+use indicatif::ProgressBar;
+use std::path::PathBuf;
+
+/// Measure the values inside a network on training frames, and write the network with them: `--precision int8` needs it.
+///
+/// The weights stay as they are.
+#[derive(Debug, Parser)]
+#[command(after_help = "Example:
+  aonet calibrate data/any --model runs/a/best.safetensors -o a_int8.safetensors
+  aonet infer frame.exr --model a_int8.safetensors --precision int8 -o ao.png")]
+pub(crate) struct Args {
+    /// Dataset folder or manifest.
+    dataset: PathBuf,
+    /// Network; the shipped one that serves any radius if absent.
+    #[arg(long, value_name = "M.safetensors")]
+    model: Option<PathBuf>,
+    /// Training frames to look at, evenly spread.
+    #[arg(long, default_value_t = 64)]
+    frames: usize,
+    /// Threads [default: all cores].
+    #[arg(long)]
+    threads: Option<usize>,
+    /// File to write, with weights in half precision.
+    #[arg(short, long, value_name = "OUT.safetensors")]
+    output: PathBuf,
+}
+
+/// Runs the command.
+pub(crate) fn run(args: &Args) -> Result<()> {
+    let model = setup::model(args.model.as_deref())?;
+    let manifest = Manifest::load(&args.dataset)?;
+    let bar = ProgressBar::new(0);
+    let progress = |done: usize, total: usize| {
+        bar.set_length(total as u64);
+        bar.set_position(done as u64);
+    };
+    let ranges =
+        calibrate::ranges(&model, &manifest, (args.frames, setup::threads(args.threads)), &progress)?;
+    bar.finish_and_clear();
+    let bytes = model.with_ranges(ranges)?.to_bytes(Precision::F16)?;
+    atomic_file::write(&args.output, &bytes)?;
+    output::text(&format!("{}\n", args.output.display()))
+}
