@@ -1,4 +1,14 @@
-//! How long a network takes on this machine: features, network and clamping of a frame whose buffers are in memory.
+//! How long methods take on this machine, and what the machine could do at best.
+//!
+//! What is timed is a frame whose buffers are in memory: features, network and clamping.
+
+mod memory;
+mod ops;
+mod peaks;
+
+pub use memory::{peak_mib, reset_peak};
+pub use ops::{OpCost, OpTime, time_ops};
+pub use peaks::Peaks;
 
 use crate::{Error, Result};
 use aonet::classic::Classic;
@@ -9,43 +19,57 @@ use glam::Vec3;
 use rayon::ThreadPool;
 use std::time::Instant;
 
-/// Run-time of a network at one size.
+/// Run-time of a method at one size.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Times {
     /// Median of the runs [ms].
     pub median_ms: f64,
     /// Fastest run [ms].
     pub min_ms: f64,
+    /// Slowest run [ms].
+    pub max_ms: f64,
+    /// From a model in memory to its first image: making the session and one run [ms]. For classic methods: the first run.
+    pub first_ms: f64,
     /// Median time of a network's first step [ms], part of the others: horizon search, features, patches. 0 for classic
     /// methods.
     pub features_ms: f64,
-    /// Memory of the session [bytes]: activations and scratch, without parameters.
+    /// Memory of the session [bytes]: activations and scratch, without parameters. 0 for classic methods.
     pub session_bytes: usize,
 }
 
-/// Times `runs` runs (at least one) of `model` on a synthetic frame of `size` (width, height) [px], after one run that
-/// does not count.
+impl Times {
+    fn new(first_ms: f64, times_ms: &mut [f64]) -> Self {
+        let median_ms = median(times_ms);
+        let [min_ms, max_ms] = [times_ms.first(), times_ms.last()].map(|ms| ms.copied().unwrap_or(0.0));
+        Self { median_ms, min_ms, max_ms, first_ms, features_ms: 0.0, session_bytes: 0 }
+    }
+}
+
+/// The radius of every timed frame [world units]; the frame's depth is about 3.
+const PARAMS: AoParams = AoParams { radius: 0.5 };
+
+/// Times `runs` runs (at least one) of `model` on a synthetic frame of `size` (width, height) [px], after a first one.
 ///
 /// # Errors
 /// When a side is out of range, or `threads` is 0 or cannot be started.
 pub fn time(model: &Model, size: (usize, usize), threads: usize, runs: usize) -> Result<Times> {
     let (gbuffer, mut image) = (bump(size.0, size.1)?, AoImage::open(size.0, size.1)?);
+    let start = Instant::now();
     let mut session = Session::new(model, size.0, size.1, threads)?;
-    let params = AoParams { radius: 0.5 };
-    session.run(&gbuffer, params, &mut image)?;
+    session.run(&gbuffer, PARAMS, &mut image)?;
+    let first_ms = ms_since(start);
     let (mut times_ms, mut features_ms) = (Vec::with_capacity(runs), Vec::with_capacity(runs));
     for _ in 0..runs.max(1) {
         let start = Instant::now();
-        session.run_observed(&gbuffer, params, &mut image, &mut |step| {
+        session.run_observed(&gbuffer, PARAMS, &mut image, &mut |step| {
             if step == 0 {
-                features_ms.push(start.elapsed().as_secs_f64() * 1e3);
+                features_ms.push(ms_since(start));
             }
         })?;
-        times_ms.push(start.elapsed().as_secs_f64() * 1e3);
+        times_ms.push(ms_since(start));
     }
-    let min_ms = times_ms.iter().copied().fold(f64::INFINITY, f64::min);
-    let (median_ms, features_ms) = (median(&mut times_ms), median(&mut features_ms));
-    Ok(Times { median_ms, min_ms, features_ms, session_bytes: session.memory_bytes() })
+    let times = Times::new(first_ms, &mut times_ms);
+    Ok(Times { features_ms: median(&mut features_ms), session_bytes: session.memory_bytes(), ..times })
 }
 
 /// Times a classic method as [`time`] does a network; memory is not counted.
@@ -54,16 +78,14 @@ pub fn time(model: &Model, size: (usize, usize), threads: usize, runs: usize) ->
 /// When a side or a parameter is out of range.
 pub fn time_classic(method: &Classic, size: (usize, usize), pool: &ThreadPool, runs: usize) -> Result<Times> {
     let gbuffer = bump(size.0, size.1)?;
-    let params = AoParams { radius: 0.5 };
-    pool.install(|| method.run(&gbuffer, params))?;
-    let mut times_ms = Vec::with_capacity(runs);
-    for _ in 0..runs.max(1) {
+    let run = || -> Result<f64> {
         let start = Instant::now();
-        pool.install(|| method.run(&gbuffer, params))?;
-        times_ms.push(start.elapsed().as_secs_f64() * 1e3);
-    }
-    let min_ms = times_ms.iter().copied().fold(f64::INFINITY, f64::min);
-    Ok(Times { median_ms: median(&mut times_ms), min_ms, features_ms: 0.0, session_bytes: 0 })
+        pool.install(|| method.run(&gbuffer, PARAMS))?;
+        Ok(ms_since(start))
+    };
+    let first_ms = run()?;
+    let mut times_ms = (0..runs.max(1)).map(|_| run()).collect::<Result<Vec<_>>>()?;
+    Ok(Times::new(first_ms, &mut times_ms))
 }
 
 /// Threads for classic methods.
@@ -82,18 +104,21 @@ pub fn pool(threads: usize) -> Result<ThreadPool> {
 pub fn time_steps(model: &Model, size: (usize, usize), threads: usize, runs: usize) -> Result<Vec<f64>> {
     let (gbuffer, mut image) = (bump(size.0, size.1)?, AoImage::open(size.0, size.1)?);
     let mut session = Session::new(model, size.0, size.1, threads)?;
-    let params = AoParams { radius: 0.5 };
-    session.run(&gbuffer, params, &mut image)?;
+    session.run(&gbuffer, PARAMS, &mut image)?;
     let mut by_step: Vec<Vec<f64>> = vec![Vec::with_capacity(runs); session.plan().steps.len()];
     for _ in 0..runs.max(1) {
         let mut last = Instant::now();
-        session.run_observed(&gbuffer, params, &mut image, &mut |step| {
+        session.run_observed(&gbuffer, PARAMS, &mut image, &mut |step| {
             let now = Instant::now();
             by_step[step].push((now - last).as_secs_f64() * 1e3);
             last = now;
         })?;
     }
     Ok(by_step.iter_mut().map(|times| median(times)).collect())
+}
+
+fn ms_since(start: Instant) -> f64 {
+    start.elapsed().as_secs_f64() * 1e3
 }
 
 /// A bump that fills the image: foreground everywhere, normals that turn.
@@ -129,11 +154,14 @@ mod tests {
     use super::*;
     use aonet::net::{Graph, ModelConfig, TrainingFacts, Weights};
 
+    pub(super) fn model(config: ModelConfig) -> Model {
+        let weights = Weights::init(&Graph::new(&config).unwrap(), 1);
+        Model::new(config, weights, TrainingFacts::default()).unwrap()
+    }
+
     #[test]
     fn every_step_has_its_own_time() {
-        let config = ModelConfig { encoder: vec![16, 16], decoder: vec![16], ..ModelConfig::paper() };
-        let weights = Weights::init(&Graph::new(&config).unwrap(), 1);
-        let model = Model::new(config, weights, TrainingFacts::default()).unwrap();
+        let model = model(ModelConfig { encoder: vec![16, 16], decoder: vec![16], ..ModelConfig::paper() });
         // Whatever else the machine does, the steps of one run do not take longer than the whole call.
         let start = Instant::now();
         let steps = time_steps(&model, (320, 200), 1, 1).unwrap();
@@ -143,7 +171,8 @@ mod tests {
         assert!(steps.iter().all(|ms| *ms > 0.0), "{steps:?}");
         assert!(steps.iter().sum::<f64>() < whole_ms, "{steps:?} in {whole_ms}");
         let times = time(&model, (320, 200), 1, 3).unwrap();
-        assert!(times.min_ms > 0.0 && times.min_ms <= times.median_ms && times.session_bytes > 320 * 200);
+        assert!(times.min_ms > 0.0 && times.min_ms <= times.median_ms && times.median_ms <= times.max_ms);
+        assert!(times.first_ms > 0.0 && times.session_bytes > 320 * 200);
         assert!(times.features_ms > 0.0 && times.features_ms < times.median_ms);
         assert!(time(&model, (320, 200), 0, 1).is_err() && time_steps(&model, (0, 8), 1, 1).is_err());
     }

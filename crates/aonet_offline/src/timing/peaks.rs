@@ -1,0 +1,123 @@
+//! What this machine can do at most, measured: multiplications, and copies beyond the caches.
+
+use crate::Result;
+use aonet::net::cpu::{Isa, Kernel, Level, Simd};
+use std::hint::black_box;
+use std::sync::Barrier;
+use std::time::Instant;
+
+/// Sums that do not wait for one another: as many as hide the latency of a multiplication (4 cycles, two a cycle at most)
+/// and leave registers for the operands at every level.
+const SUMS: usize = 12;
+
+/// Multiplications of each sum in a round: some 10 ms.
+const MULTIPLICATIONS: u32 = 1 << 21;
+
+/// Values that a round copies, all threads together: source and target are larger than the caches of most machines.
+const COPIED: usize = 48 << 20;
+
+/// Rounds, of which the best counts.
+const ROUNDS: usize = 7;
+
+/// Peaks of some threads of this machine.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Peaks {
+    /// Multiply-adds of f32 in registers, two operations each [GFLOP/s].
+    pub gflop_per_s: f64,
+    /// Bytes read plus bytes written by a copy in main memory [GB/s].
+    pub copy_gb_per_s: f64,
+}
+
+impl Peaks {
+    /// Measures `threads` threads with the vector instructions of `level`.
+    ///
+    /// # Errors
+    /// When the machine does not have them.
+    pub fn measure(level: Level, threads: usize) -> Result<Self> {
+        let isa = Isa::new(level)?;
+        let multiply = |_: &mut ()| {
+            let mut flop = 0.0;
+            isa.run(Multiply { flop: &mut flop });
+            flop
+        };
+        let gflop_per_s = best(vec![(); threads], &multiply);
+        let values = COPIED / threads;
+        let copy = |(from, to): &mut (Vec<f32>, Vec<f32>)| {
+            to.copy_from_slice(black_box(from));
+            black_box(&*to);
+            (2 * size_of::<f32>() * to.len()) as f64
+        };
+        let buffers = (0..threads).map(|i| (vec![i as f32 + 1.0; values], vec![1.0; values])).collect();
+        Ok(Self { gflop_per_s, copy_gb_per_s: best(buffers, &copy) })
+    }
+}
+
+/// The best rate of [`ROUNDS`] rounds [1e9/s] of what `work` says that it did, by one thread for each of `states`.
+fn best<T: Send>(mut states: Vec<T>, work: &(dyn Fn(&mut T) -> f64 + Sync)) -> f64 {
+    let barrier = Barrier::new(states.len());
+    let round = |state: &mut T| {
+        barrier.wait();
+        let start = Instant::now();
+        let done = work(state);
+        // All of them: a thread that is done early has not made the machine faster.
+        barrier.wait();
+        done / start.elapsed().as_secs_f64() / 1e9
+    };
+    let rounds = |state: &mut T| -> Vec<f64> { (0..ROUNDS).map(|_| round(state)).collect() };
+    std::thread::scope(|scope| {
+        let threads: Vec<_> = states.iter_mut().map(|state| scope.spawn(|| rounds(state))).collect();
+        let rates: Vec<_> = threads.into_iter().map(|t| t.join().expect("a round does not panic")).collect();
+        (0..ROUNDS).map(|i| rates.iter().map(|rates| rates[i]).sum()).fold(0.0, f64::max)
+    })
+}
+
+/// Multiplies and adds in registers; counts the operations.
+struct Multiply<'a> {
+    flop: &'a mut f64,
+}
+
+impl Kernel for Multiply<'_> {
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) {
+        let (factor, term) = (simd.splat(black_box(0.5)), simd.splat(black_box(0.5)));
+        // Different values, unknown to the compiler: equal sums would be one.
+        let mut sums = [simd.splat(0.0); SUMS];
+        for (i, sum) in sums.iter_mut().enumerate() {
+            *sum = simd.splat(black_box(i as f32));
+        }
+        for _ in 0..MULTIPLICATIONS {
+            for sum in &mut sums {
+                *sum = simd.mul_add(*sum, factor, term);
+            }
+        }
+        let mut last = vec![0.0; S::LANES];
+        for sum in sums {
+            simd.store(sum, black_box(&mut last));
+        }
+        *self.flop = f64::from(MULTIPLICATIONS) * (2 * SUMS * S::LANES) as f64;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn peaks_are_those_of_a_computer() {
+        let peaks = Peaks::measure(Level::Portable, 1).unwrap();
+        // A processor with SSE2 does more than this per cycle at 0.2 GHz, and none has a thousand GFLOP/s a core.
+        assert!((0.5..2000.0).contains(&peaks.gflop_per_s), "{peaks:?}");
+        assert!((0.2..2000.0).contains(&peaks.copy_gb_per_s), "{peaks:?}");
+    }
+
+    #[test]
+    fn rates_add_up_over_threads_and_count_all_of_their_time() {
+        let sleep = |ms: &mut u64| {
+            std::thread::sleep(std::time::Duration::from_millis(*ms));
+            1e9
+        };
+        // One of the two sleeps longer: both have then done 1e9 in its time.
+        let rate = best(vec![1, 20], &sleep);
+        assert!(rate > 1.0 && rate <= 2.0 / 0.020, "{rate}");
+    }
+}
