@@ -68,13 +68,16 @@ def render(options, folder):
 
 
 def export(options, model, frames, folder):
-    """Writes all forms; returns their paths, features of the frames and whether the network predicts kernels."""
+    """Writes all forms; returns their paths and features of the frames."""
     paths = {"plain": folder / "plain.onnx", "tuned": folder / "tuned.onnx"}
     words = [options.aonet, "export", *model_words(model, positional=True), "--size", options.size]
     run(*words, "--onnx", paths["tuned"], "--tuned")
     with_frames = [word for frame in frames for word in ("--frame", frame)]
     facts = json.loads(run(*words, "--onnx", paths["plain"], *with_frames, "--json"))
     features = [np.load(path) for path in facts["frames"]]
+    if paths["plain"].read_bytes() == paths["tuned"].read_bytes():
+        print("nothing to tune: one form for both")
+        del paths["tuned"]
     if "int8" in options.precision:
         paths.update(quantise.quantised(paths, folder, features[:-1]))
     return paths, features

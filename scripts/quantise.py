@@ -57,14 +57,15 @@ def with_nncf(source, target, features):
 
 
 def quantised(paths, folder, features):
-    """Paths of the 8-bit forms of "plain" and "tuned" that can be made, by form and quantiser."""
+    """Paths of the 8-bit forms that can be made of the others, by form and quantiser."""
+    logging.getLogger().setLevel(logging.ERROR)
     made = {}
     makers = []
     if importable("onnxruntime") and importable("onnx"):
         makers.append(("int8", ".onnx", with_onnxruntime))
     if importable("openvino") and importable("nncf"):
         makers.append(("nncf", ".xml", with_nncf))
-    for form in ("plain", "tuned"):
+    for form in list(paths):
         for name, suffix, make in makers:
             target = folder / f"{form}_{name}{suffix}"
             try:

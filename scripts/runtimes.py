@@ -5,6 +5,9 @@ import subprocess
 
 import numpy as np
 
+# Of `aonet export`.
+FORMS = ("plain", "tuned")
+
 
 def importable(name):
     try:
@@ -71,14 +74,14 @@ def converted(path, folder):
 
 def available(paths, folder):
     """Maker by (runtime and form, precision): functions from a number of threads to a function of features."""
-    found = {}
+    found, forms = {}, [form for form in FORMS if form in paths]
     if importable("onnxruntime"):
-        for form in ("plain", "tuned"):
+        for form in forms:
             found[f"onnxruntime {form}", "f32"] = lambda n, p=paths[form]: onnxruntime_runner(p, n)
             if p8 := paths.get(f"{form} int8"):
                 found[f"onnxruntime {form}", "int8"] = lambda n, p=p8: onnxruntime_runner(p, n)
     if importable("openvino"):
-        for form in ("plain", "tuned"):
+        for form in forms:
             found[f"openvino {form}", "f32"] = lambda n, p=paths[form]: openvino_runner(p, n)
             found[f"openvino {form}", "bf16"] = lambda n, p=paths[form]: openvino_runner(p, n, "bf16")
             if p8 := paths.get(f"{form} int8"):
@@ -86,7 +89,7 @@ def available(paths, folder):
             if p8 := paths.get(f"{form} nncf"):
                 found[f"openvino {form}, nncf", "int8"] = lambda n, p=p8: openvino_runner(p, n)
     if importable("ncnn") and shutil.which("pnnx"):
-        for form in ("plain", "tuned"):
+        for form in forms:
             if path := converted(paths[form], folder / f"ncnn_{form}"):
                 found[f"ncnn {form}", "f32"] = lambda n, p=path: ncnn_runner(p, n)
                 found[f"ncnn {form}", "bf16"] = lambda n, p=path: ncnn_runner(p, n, bf16=True)

@@ -6,6 +6,7 @@ use aonet::{AoImage, AoParams};
 use aonet_offline::View;
 use aonet_offline::ao_file::save_ao;
 use aonet_offline::frame::{Frame, FrameHints};
+use aonet_offline::timing;
 use serde_json::json;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -78,7 +79,7 @@ impl FrameArgs {
         if self.json {
             return output::json(&json!({
                 "ao": self.output, "width": width, "height": height, "radius": radius, "ms": ms,
-                "device": "cpu", "method": method,
+                "device": "cpu", "method": method, "peak_mib": timing::peak_mib(),
             }));
         }
         output::note(&format!("{width}x{height}, radius {radius}, {ms:.1} ms"));
