@@ -53,7 +53,8 @@ impl FrameArgs {
                 anyhow::bail!("{}: no AO radius in the file; give --radius or --view", self.frame.display())
             }
         };
-        Ok((frame, params))
+        // No method looks at the rest, and a method takes memory of its own.
+        Ok((Frame { geo_normal: None, ao: None, ..frame }, params))
     }
 
     /// What to write.

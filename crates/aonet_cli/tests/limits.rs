@@ -26,7 +26,8 @@ fn desk() -> tempfile::TempDir {
     let write = |name: &str, bytes: &[u8]| std::fs::write(dir.path().join(name), bytes).unwrap();
     write("any_radius.safetensors", aonet::net::shipped::ANY_RADIUS);
     write("paper.safetensors", aonet::net::shipped::PAPER);
-    let view = r#"{"eye":[1.2,1.4,1.9],"target":[0,0.3,0],"fov_y_deg":60,"radius":0.5,"width":1280,"height":720}"#;
+    let view =
+        r#"{"eye":[1.2,1.4,1.9],"target":[0,0.3,0],"fov_y_deg":60,"radius":0.5,"width":1280,"height":720}"#;
     write("view.json", view.as_bytes());
     json(dir.path(), "render procedural:clutter_pile:5 --view view.json --ground -o frame.exr");
     dir
@@ -38,7 +39,8 @@ fn frames_of_720p_need_little_memory() {
     let desk = desk();
     for network in ["any_radius", "paper"] {
         for line in ["infer frame.exr -o ao.exr", "infer frame.exr -o ao.png"] {
-            let facts = json(desk.path(), &format!("{line} --model {network}.safetensors --threads 2 --json"));
+            let facts =
+                json(desk.path(), &format!("{line} --model {network}.safetensors --threads 2 --json"));
             let Some(peak) = facts["peak_mib"].as_f64() else {
                 eprintln!("skipped: the system does not tell");
                 return;
@@ -56,7 +58,9 @@ fn the_first_image_comes_soon() {
     let desk = desk();
     for network in ["any_radius", "paper"] {
         for threads in [1, 2] {
-            let line = format!("bench --model {network}.safetensors --size 1280x720 --threads {threads} --runs 5 --json");
+            let line = format!(
+                "bench --model {network}.safetensors --size 1280x720 --threads {threads} --runs 5 --json"
+            );
             // Whatever else the machine does, one of a few tries is left in peace.
             let late = (0..5).map(|_| {
                 let row = &json(desk.path(), &line)["timings"][0];
