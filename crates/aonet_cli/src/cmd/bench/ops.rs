@@ -44,7 +44,7 @@ pub(super) fn run(args: &Args, subjects: &[Subject]) -> Result<()> {
     }
     let mut all = Vec::new();
     for subject in subjects {
-        let Method::Network(model) = &subject.method else { continue };
+        let Method::Network(model) = &subject.load()? else { continue };
         for size in args.sizes() {
             for (&threads, peaks) in &peaks {
                 progress(&subject.name, size, threads);

@@ -4,57 +4,82 @@ use super::Args;
 use crate::setup;
 use anyhow::{Context, Result};
 use aonet::classic::Classic;
-use aonet::net::{Model, shipped};
+use aonet::net::{Model, ModelConfig, shipped};
 use std::path::{Path, PathBuf};
 
 /// Networks of tables, for those who run the program in the project's folder.
 const ROWS: &str = "assets/weights/rows";
 
-/// A method and what a table calls it.
+/// A method that is not loaded yet, and what a table calls it: a row's memory is its own.
 #[derive(Debug)]
 pub(super) struct Subject {
     pub(super) name: String,
-    pub(super) method: Method,
+    source: Source,
 }
 
+#[derive(Debug)]
+enum Source {
+    Shipped(&'static [u8]),
+    File(PathBuf),
+    Config(PathBuf),
+    Classic(Classic),
+}
+
+/// A method that can run.
 #[derive(Debug)]
 pub(super) enum Method {
     Network(Box<Model>),
     Classic(Classic),
 }
 
+impl Subject {
+    /// The method.
+    pub(super) fn load(&self) -> Result<Method> {
+        let model = match &self.source {
+            Source::Shipped(bytes) => Model::from_bytes(bytes).context("a shipped network")?,
+            Source::File(path) => setup::model(Some(path))?,
+            Source::Config(path) => setup::untrained(path)?,
+            Source::Classic(method) => return Ok(Method::Classic(*method)),
+        };
+        Ok(Method::Network(Box::new(model)))
+    }
+}
+
 /// The methods that the arguments ask for.
 pub(super) fn collect(args: &Args) -> Result<Vec<Subject>> {
     let all = args.methods.is_some();
     let mut subjects = if all { networks()? } else { Vec::new() };
-    for path in &args.model {
-        subjects.push(Subject::network(setup::name_of(path), setup::model(Some(path))?));
-    }
-    for path in &args.config {
-        subjects.push(Subject::network(setup::name_of(path), setup::untrained(path)?));
-    }
+    let named = |path: &PathBuf, source: fn(PathBuf) -> Source| Subject {
+        name: setup::name_of(path),
+        source: source(path.clone()),
+    };
+    subjects.extend(args.model.iter().map(|path| named(path, Source::File)));
+    subjects.extend(args.config.iter().map(|path| named(path, Source::Config)));
     let classic = if all && !args.ops { vec!["all".to_owned()] } else { args.classic.clone() };
     for (name, method) in setup::classic(&classic)? {
-        subjects.push(Subject { name, method: Method::Classic(method) });
+        subjects.push(Subject { name, source: Source::Classic(method) });
     }
     if subjects.is_empty() {
-        subjects.push(Subject::network("any_radius".to_owned(), setup::model(None)?));
+        let source = Source::Shipped(shipped::ANY_RADIUS);
+        subjects.push(Subject { name: "any_radius".to_owned(), source });
     }
     Ok(subjects)
 }
 
 /// The networks that come with the project, one of each configuration: weights do not change a time.
 fn networks() -> Result<Vec<Subject>> {
-    let mut subjects: Vec<Subject> = Vec::new();
-    for (name, bytes) in [("any_radius", shipped::ANY_RADIUS), ("paper", shipped::PAPER)] {
-        let model = Model::from_bytes(bytes).context("a shipped network")?;
-        subjects.push(Subject::network(name.to_owned(), model));
-    }
-    for path in rows()? {
-        let (name, model) = (setup::name_of(&path), setup::model(Some(&path))?);
-        let known = |s: &Subject| matches!(&s.method, Method::Network(m) if m.config() == model.config());
-        if !subjects.iter().any(known) {
-            subjects.push(Subject::network(name, model));
+    let shipped = [("any_radius", shipped::ANY_RADIUS), ("paper", shipped::PAPER)];
+    let shipped =
+        shipped.map(|(name, bytes)| Subject { name: name.to_owned(), source: Source::Shipped(bytes) });
+    let rows =
+        rows()?.into_iter().map(|path| Subject { name: setup::name_of(&path), source: Source::File(path) });
+    let mut known: Vec<ModelConfig> = Vec::new();
+    let mut subjects = Vec::new();
+    for subject in shipped.into_iter().chain(rows) {
+        let Method::Network(model) = subject.load()? else { continue };
+        if !known.contains(model.config()) {
+            known.push(model.config().clone());
+            subjects.push(subject);
         }
     }
     Ok(subjects)
@@ -71,10 +96,4 @@ fn rows() -> Result<Vec<PathBuf>> {
     // By name, not by path: `a` before `a-2`, though `-` comes before the dot of `a.safetensors`.
     paths.sort_by_key(|path| setup::name_of(path));
     Ok(paths)
-}
-
-impl Subject {
-    fn network(name: String, model: Model) -> Self {
-        Self { name, method: Method::Network(Box::new(model)) }
-    }
 }

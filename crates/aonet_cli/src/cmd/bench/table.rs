@@ -37,37 +37,39 @@ struct Row {
 
 /// Measures and prints.
 pub(super) fn run(args: &Args, subjects: &[Subject]) -> Result<()> {
-    let mut rows = Vec::new();
+    let (mut rows, mut networks) = (Vec::new(), Vec::new());
     for subject in subjects {
+        let method = (subject.name.as_str(), &subject.load()?);
+        networks.extend(facts(method));
         for size in args.sizes() {
             let mut reference_ms = None;
             for threads in args.threads() {
                 progress(&subject.name, size, threads);
-                let row = measure(subject, size, (threads, args.runs))?;
+                let row = measure(method, size, (threads, args.runs))?;
                 let scaling = *reference_ms.get_or_insert(row.median_ms) / row.median_ms;
                 rows.push(Row { scaling, ..row });
             }
         }
     }
     if args.json {
-        let networks: Vec<Value> = subjects.iter().filter_map(facts).collect();
         return output::json(&json!({ "machine": machine(), "networks": networks, "timings": rows }));
     }
     output::text(&format!("{}\n{}; {} runs each\n", text(&rows), machine(), args.runs.max(1)))
 }
 
 /// Configuration and size of a network.
-fn facts(subject: &Subject) -> Option<Value> {
-    let Method::Network(model) = &subject.method else { return None };
+fn facts((name, method): (&str, &Method)) -> Option<Value> {
+    let Method::Network(model) = method else { return None };
     let graph = model.graph();
     let (macs, parameters) = (graph.macs_per_pixel(), graph.params_count());
     let config = model.config();
-    Some(json!({ "name": subject.name, "config": config, "macs_per_pixel": macs, "parameters": parameters }))
+    Some(json!({ "name": name, "config": config, "macs_per_pixel": macs, "parameters": parameters }))
 }
 
-fn measure(subject: &Subject, size: (usize, usize), (threads, runs): (usize, usize)) -> Result<Row> {
+fn measure(of: (&str, &Method), size: (usize, usize), (threads, runs): (usize, usize)) -> Result<Row> {
+    let (name, method) = of;
     timing::reset_peak();
-    Ok(match &subject.method {
+    Ok(match method {
         Method::Network(model) => {
             let times = timing::time(model, size, threads, runs)?;
             let gflop = gflop(model, size);
@@ -76,19 +78,19 @@ fn measure(subject: &Subject, size: (usize, usize), (threads, runs): (usize, usi
                 gflop: Some(gflop),
                 gflop_per_s: Some(1e3 * gflop / times.median_ms),
                 session_mib: Some(times.session_bytes as f64 / MIB),
-                ..row(subject, size, (threads, &times))
+                ..row(name, size, (threads, &times))
             }
         }
         Method::Classic(method) => {
             let times = timing::time_classic(method, size, &setup::pool(Some(threads))?, runs)?;
-            Row { taps: Some(method.taps()), ..row(subject, size, (threads, &times)) }
+            Row { taps: Some(method.taps()), ..row(name, size, (threads, &times)) }
         }
     })
 }
 
-fn row(subject: &Subject, (width, height): (usize, usize), (threads, times): (usize, &Times)) -> Row {
+fn row(name: &str, (width, height): (usize, usize), (threads, times): (usize, &Times)) -> Row {
     Row {
-        method: subject.name.clone(),
+        method: name.to_owned(),
         width,
         height,
         threads,
