@@ -7,7 +7,8 @@ use aonet::classic::Classic;
 use aonet::net::{Model, ModelConfig, shipped};
 use std::path::{Path, PathBuf};
 
-/// Networks of tables, for those who run the program in the project's folder.
+/// Networks beside the one in the program, for those who run it in the project's folder.
+const PAPER: &str = "assets/weights/paper.safetensors";
 const ROWS: &str = "assets/weights/rows";
 
 /// A method that is not loaded yet, and what a table calls it: a row's memory is its own.
@@ -68,14 +69,13 @@ pub(super) fn collect(args: &Args) -> Result<Vec<Subject>> {
 
 /// The networks that come with the project, one of each configuration: weights do not change a time.
 fn networks() -> Result<Vec<Subject>> {
-    let shipped = [("any_radius", shipped::ANY_RADIUS), ("paper", shipped::PAPER)];
-    let shipped =
-        shipped.map(|(name, bytes)| Subject { name: name.to_owned(), source: Source::Shipped(bytes) });
-    let rows =
-        rows()?.into_iter().map(|path| Subject { name: setup::name_of(&path), source: Source::File(path) });
+    let own = Subject { name: "any_radius".to_owned(), source: Source::Shipped(shipped::ANY_RADIUS) };
+    let paper = Some(PathBuf::from(PAPER)).filter(|path| path.is_file());
+    let files = paper.into_iter().chain(rows()?);
+    let files = files.map(|path| Subject { name: setup::name_of(&path), source: Source::File(path) });
     let mut known: Vec<ModelConfig> = Vec::new();
     let mut subjects = Vec::new();
-    for subject in shipped.into_iter().chain(rows) {
+    for subject in [own].into_iter().chain(files) {
         let Method::Network(model) = subject.load()? else { continue };
         if !known.contains(model.config()) {
             known.push(model.config().clone());
