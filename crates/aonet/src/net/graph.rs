@@ -31,6 +31,16 @@ pub enum Activation {
     LeakyRelu,
 }
 
+impl Activation {
+    /// Factor of negative values.
+    pub fn slope(self) -> f32 {
+        match self {
+            Self::Linear => 1.0,
+            Self::LeakyRelu => LEAKY_SLOPE,
+        }
+    }
+}
+
 /// One operation. Tensors are CxHxW, row-major; images repeat their edge beyond the border.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Op {

@@ -45,6 +45,7 @@ pub struct Model {
     graph: Graph,
     weights: Weights,
     facts: TrainingFacts,
+    ranges: Option<Ranges>,
 }
 
 /// Number format of a weights file.
@@ -62,7 +63,13 @@ struct Metadata {
     config: ModelConfig,
     #[serde(default)]
     facts: TrainingFacts,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    ranges: Option<Ranges>,
 }
+
+/// Least and greatest value of every channel of what convolutions read, on frames of a data set: of each convolution by
+/// its name, and of the partitioned `features`. What integers need to know.
+pub type Ranges = BTreeMap<String, Vec<[f32; 2]>>;
 
 impl Model {
     /// A model from its parts.
@@ -72,7 +79,7 @@ impl Model {
     pub fn new(config: ModelConfig, weights: Weights, facts: TrainingFacts) -> Result<Self> {
         let graph = Graph::new(&config)?;
         let weights = Weights::new(&graph, weights.tensors().clone())?;
-        Ok(Self { config, graph, weights, facts })
+        Ok(Self { config, graph, weights, facts, ranges: None })
     }
 
     /// Reads a safetensors file that [`Model::to_bytes`] wrote, f32 or f16.
@@ -103,7 +110,11 @@ impl Model {
         }
         let graph = Graph::new(&metadata.config)?;
         let weights = Weights::new(&graph, tensors)?;
-        Ok(Self { config: metadata.config, graph, weights, facts: metadata.facts })
+        let model = Self { config: metadata.config, graph, weights, facts: metadata.facts, ranges: None };
+        match metadata.ranges {
+            Some(ranges) => model.with_ranges(ranges),
+            None => Ok(model),
+        }
     }
 
     /// The model as a safetensors file. Equal models give equal bytes.
@@ -111,7 +122,12 @@ impl Model {
     /// # Errors
     /// When a weight does not fit the precision.
     pub fn to_bytes(&self, precision: Precision) -> Result<Vec<u8>> {
-        let metadata = Metadata { format: FORMAT, config: self.config.clone(), facts: self.facts.clone() };
+        let metadata = Metadata {
+            format: FORMAT,
+            config: self.config.clone(),
+            facts: self.facts.clone(),
+            ranges: self.ranges.clone(),
+        };
         let json = serde_json::to_string(&metadata).map_err(|e| Error::format("metadata", "JSON", e))?;
         let mut encoded = Vec::new();
         for (name, tensor) in self.weights.tensors() {
@@ -133,6 +149,28 @@ impl Model {
             |e: safetensors::SafeTensorError| Error::format("weights", "tensors that fit in a file", e);
         let views = views.collect::<std::result::Result<Vec<_>, _>>().map_err(wrong)?;
         safetensors::serialize(views, Some(HashMap::from([(KEY.to_owned(), json)]))).map_err(wrong)
+    }
+
+    /// The same with ranges for integers.
+    ///
+    /// # Errors
+    /// When a value is not finite, or a least value is greater than the greatest.
+    pub fn with_ranges(mut self, ranges: Ranges) -> Result<Self> {
+        for (name, channels) in &ranges {
+            if let Some(range) =
+                channels.iter().find(|[least, most]| !(least <= most && (most - least).is_finite()))
+            {
+                let what = format!("ranges of {name}");
+                return Err(Error::value(&what, "a least and a greatest finite value", format!("{range:?}")));
+            }
+        }
+        self.ranges = Some(ranges);
+        Ok(self)
+    }
+
+    /// Ranges for integers, of a model that was calibrated.
+    pub fn ranges(&self) -> Option<&Ranges> {
+        self.ranges.as_ref()
     }
 
     /// What the network is.

@@ -39,6 +39,11 @@ impl Workers {
         Ok(Self { pool, scratch, scratch_len })
     }
 
+    /// Number of threads.
+    pub(super) fn threads(&self) -> usize {
+        self.pool.threads()
+    }
+
     /// Bytes of scratch memory.
     pub(super) fn scratch_bytes(&self) -> usize {
         self.scratch.len() * self.scratch_len * size_of::<f32>()
@@ -52,14 +57,24 @@ impl Workers {
         work: impl Fn(Band<'_>) + Sync,
     ) {
         let rows = image.len().div_ceil(row_len);
-        let band_rows = rows.div_ceil(self.pool.threads() * BANDS_PER_THREAD);
-        let bands = Mutex::new(image.chunks_mut(band_rows * row_len).enumerate());
+        let rows = rows.div_ceil(self.threads() * BANDS_PER_THREAD);
+        self.for_each_band_of(image, (rows, row_len), work);
+    }
+
+    /// The same with `rows` rows in every band but the last.
+    pub(super) fn for_each_band_of(
+        &mut self,
+        image: &mut [f32],
+        (rows, row_len): (usize, usize),
+        work: impl Fn(Band<'_>) + Sync,
+    ) {
+        let bands = Mutex::new(image.chunks_mut(rows * row_len).enumerate());
         let next = || bands.lock().unwrap_or_else(PoisonError::into_inner).next();
         let scratch = &self.scratch;
         self.pool.run(&|thread| {
             let mut scratch = scratch[thread].lock().unwrap_or_else(PoisonError::into_inner);
             while let Some((i, values)) = next() {
-                work(Band { first: i * band_rows, values, scratch: &mut scratch });
+                work(Band { first: i * rows, values, scratch: &mut scratch });
             }
         });
     }

@@ -1,5 +1,7 @@
 //! The inner loops of convolution: a few output pixels by a few vectors of output channels in registers.
 
+use super::conv_weights::Group;
+use super::dot::Dot;
 use super::simd::Simd;
 use crate::net::plan::HALO;
 use std::ops::Range;
@@ -9,21 +11,16 @@ pub(super) const MAX_PIXELS: usize = 12;
 
 /// Three neighbouring rows of one input, edges repeated.
 pub(super) struct Lines<'a> {
-    /// Above, at, below.
+    /// Above, at, below; in blocks of packed words.
     pub(super) rows: [&'a [f32]; 3],
     /// Those that are seen; the first is a multiple of the vector's length.
     pub(super) channels: Range<usize>,
-    /// Planar rather than blocked.
-    pub(super) planar: bool,
 }
 
 /// Where a tile reads and writes.
 pub(super) struct Tile<'a> {
     pub(super) inputs: &'a [Lines<'a>],
-    /// Of the tile's output channels: for every input channel in blocks, every tap, every channel of the block.
-    pub(super) weights: &'a [f32],
-    /// Of the tile's output channels.
-    pub(super) bias: &'a [f32],
+    pub(super) group: &'a Group,
     /// Factor of negative results.
     pub(super) slope: f32,
     /// Side of the filter.
@@ -35,103 +32,73 @@ pub(super) struct Tile<'a> {
 impl Tile<'_> {
     /// Computes `pixels` pixels from `x` on of `N` blocks of a row. `out` starts at the first block's halo.
     #[inline(always)]
-    pub(super) fn run<S: Simd, const N: usize>(&self, simd: S, out: &mut [f32], (x, pixels): (usize, usize)) {
+    pub(super) fn run<D: Dot, const N: usize>(&self, dot: D, out: &mut [f32], (x, pixels): (usize, usize)) {
         match pixels {
-            1 if const { N <= S::ACCUMULATORS } => self.pixels::<S, N, 1>(simd, out, x),
-            2 if const { 2 * N <= S::ACCUMULATORS } => self.pixels::<S, N, 2>(simd, out, x),
-            3 if const { 3 * N <= S::ACCUMULATORS } => self.pixels::<S, N, 3>(simd, out, x),
-            4 if const { 4 * N <= S::ACCUMULATORS } => self.pixels::<S, N, 4>(simd, out, x),
-            5 if const { 5 * N <= S::ACCUMULATORS } => self.pixels::<S, N, 5>(simd, out, x),
-            6 if const { 6 * N <= S::ACCUMULATORS } => self.pixels::<S, N, 6>(simd, out, x),
-            7 if const { 7 * N <= S::ACCUMULATORS } => self.pixels::<S, N, 7>(simd, out, x),
-            8 if const { 8 * N <= S::ACCUMULATORS } => self.pixels::<S, N, 8>(simd, out, x),
-            9 if const { 9 * N <= S::ACCUMULATORS } => self.pixels::<S, N, 9>(simd, out, x),
-            10 if const { 10 * N <= S::ACCUMULATORS } => self.pixels::<S, N, 10>(simd, out, x),
-            11 if const { 11 * N <= S::ACCUMULATORS } => self.pixels::<S, N, 11>(simd, out, x),
-            12 if const { 12 * N <= S::ACCUMULATORS } => self.pixels::<S, N, 12>(simd, out, x),
+            1 if const { N <= D::Simd::ACCUMULATORS } => self.pixels::<D, N, 1>(dot, out, x),
+            2 if const { 2 * N <= D::Simd::ACCUMULATORS } => self.pixels::<D, N, 2>(dot, out, x),
+            3 if const { 3 * N <= D::Simd::ACCUMULATORS } => self.pixels::<D, N, 3>(dot, out, x),
+            4 if const { 4 * N <= D::Simd::ACCUMULATORS } => self.pixels::<D, N, 4>(dot, out, x),
+            5 if const { 5 * N <= D::Simd::ACCUMULATORS } => self.pixels::<D, N, 5>(dot, out, x),
+            6 if const { 6 * N <= D::Simd::ACCUMULATORS } => self.pixels::<D, N, 6>(dot, out, x),
+            7 if const { 7 * N <= D::Simd::ACCUMULATORS } => self.pixels::<D, N, 7>(dot, out, x),
+            8 if const { 8 * N <= D::Simd::ACCUMULATORS } => self.pixels::<D, N, 8>(dot, out, x),
+            9 if const { 9 * N <= D::Simd::ACCUMULATORS } => self.pixels::<D, N, 9>(dot, out, x),
+            10 if const { 10 * N <= D::Simd::ACCUMULATORS } => self.pixels::<D, N, 10>(dot, out, x),
+            11 if const { 11 * N <= D::Simd::ACCUMULATORS } => self.pixels::<D, N, 11>(dot, out, x),
+            12 if const { 12 * N <= D::Simd::ACCUMULATORS } => self.pixels::<D, N, 12>(dot, out, x),
             _ => unreachable!("a tile of {pixels} pixels"),
         }
     }
 
     #[inline(always)]
-    fn pixels<S: Simd, const N: usize, const P: usize>(&self, simd: S, out: &mut [f32], x: usize) {
-        let mut sums = [[simd.splat(0.0); P]; N];
-        for (n, sums) in sums.iter_mut().enumerate() {
-            *sums = [simd.load(&self.bias[n * S::LANES..]); P];
-        }
-        let mut weights = self.weights;
+    fn pixels<D: Dot, const N: usize, const P: usize>(&self, dot: D, out: &mut [f32], x: usize) {
+        let (simd, lanes) = (dot.simd(), D::Simd::LANES);
+        let mut sums = [[dot.zero(); P]; N];
+        let mut weights = &*self.group.weights;
         for lines in self.inputs {
-            weights = match lines.planar {
-                true => self.add_planar(simd, lines, (weights, x), &mut sums),
-                false => self.add_blocked(simd, lines, (weights, x), &mut sums),
-            };
+            weights = self.add(dot, lines, (weights, x), &mut sums);
         }
-        let pitch = (self.width + 2 * HALO) * S::LANES;
+        let pitch = (self.width + 2 * HALO) * lanes;
         let slope = simd.splat(self.slope);
-        for (n, sums) in sums.iter().enumerate() {
-            let out = &mut out[n * pitch + (x + HALO) * S::LANES..][..P * S::LANES];
-            for (sum, out) in sums.iter().zip(out.chunks_exact_mut(S::LANES)) {
-                simd.store(simd.max(*sum, simd.mul(slope, *sum)), out);
+        for (n, sums) in sums.into_iter().enumerate() {
+            let scale = simd.load(&self.group.scale[n * lanes..]);
+            let bias = simd.load(&self.group.bias[n * lanes..]);
+            let out = &mut out[n * pitch + (x + HALO) * lanes..][..P * lanes];
+            for (sum, out) in sums.into_iter().zip(out.chunks_exact_mut(lanes)) {
+                let value = dot.finish(sum, scale, bias);
+                simd.store(simd.max(value, simd.mul(slope, value)), out);
             }
         }
     }
 
     #[inline(always)]
-    fn add_blocked<'w, S: Simd, const N: usize, const P: usize>(
+    fn add<'w, D: Dot, const N: usize, const P: usize>(
         &self,
-        simd: S,
+        dot: D,
         lines: &Lines<'_>,
         (mut weights, x): (&'w [f32], usize),
-        sums: &mut [[S::V; P]; N],
+        sums: &mut [[D::Sums; P]; N],
     ) -> &'w [f32] {
-        let pitch = (self.width + 2 * HALO) * S::LANES;
+        let (lanes, words) = (D::Simd::LANES, D::Simd::LANES / D::PACKED);
+        let pitch = (self.width + 2 * HALO) * words;
         let skip = HALO - self.size / 2;
-        for first in lines.channels.clone().step_by(S::LANES) {
-            let count = (lines.channels.end - first).min(S::LANES);
+        for first in lines.channels.clone().step_by(lanes) {
+            let count = (lines.channels.end - first).min(lanes).div_ceil(D::PACKED);
             for row in &lines.rows[skip..3 - skip] {
-                let line = &row[first / S::LANES * pitch..][..pitch];
+                let line = &row[first / lanes * pitch..][..pitch];
                 for kx in skip..3 - skip {
-                    let pixels = &line[(x + kx) * S::LANES..][..P * S::LANES];
-                    let (taps, rest) = weights.split_at(count * N * S::LANES);
-                    for (c, taps) in taps.chunks_exact(N * S::LANES).enumerate().take(S::LANES) {
+                    let pixels = &line[(x + kx) * words..][..P * words];
+                    let (taps, rest) = weights.split_at(count * N * lanes);
+                    for (c, taps) in taps.chunks_exact(N * lanes).enumerate().take(words) {
                         for p in 0..P {
-                            let value = simd.splat(pixels[p * S::LANES + c]);
+                            let value = dot.splat(pixels[p * words + c]);
                             for n in 0..N {
-                                sums[n][p] =
-                                    simd.mul_add(value, simd.load(&taps[n * S::LANES..]), sums[n][p]);
+                                sums[n][p] = dot.add(value, dot.load(&taps[n * lanes..]), sums[n][p]);
                             }
                         }
                     }
                     weights = rest;
                 }
-            }
-        }
-        weights
-    }
-
-    #[inline(always)]
-    fn add_planar<'w, S: Simd, const N: usize, const P: usize>(
-        &self,
-        simd: S,
-        lines: &Lines<'_>,
-        (mut weights, x): (&'w [f32], usize),
-        sums: &mut [[S::V; P]; N],
-    ) -> &'w [f32] {
-        let pitch = self.width + 2 * HALO;
-        let skip = HALO - self.size / 2;
-        for row in &lines.rows[skip..3 - skip] {
-            for kx in skip..3 - skip {
-                let (taps, rest) = weights.split_at(lines.channels.end * N * S::LANES);
-                for (taps, line) in taps.chunks_exact(N * S::LANES).zip(row.chunks_exact(pitch)) {
-                    let pixels = &line[x + kx..][..P];
-                    for p in 0..P {
-                        let value = simd.splat(pixels[p]);
-                        for n in 0..N {
-                            sums[n][p] = simd.mul_add(value, simd.load(&taps[n * S::LANES..]), sums[n][p]);
-                        }
-                    }
-                }
-                weights = rest;
             }
         }
         weights

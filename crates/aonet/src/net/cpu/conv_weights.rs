@@ -1,10 +1,10 @@
 //! Weights of a convolution in the order in which its inner loops read them.
 
 use super::aligned::Aligned;
-use super::level::Isa;
+use super::packing::{self, Quantized};
+use super::precision::Arithmetic;
 use super::ring::Input;
 use crate::error::Result;
-use crate::net::plan::Layout;
 use std::ops::Range;
 
 /// Output channels that are computed together.
@@ -12,10 +12,12 @@ use std::ops::Range;
 pub(super) struct Group {
     /// Vectors of channels.
     pub(super) vectors: usize,
-    /// Channels of each of the inputs that they see, whole blocks of a blocked one.
+    /// Channels of each of the inputs that they see, whole blocks.
     pub(super) inputs: Vec<Range<usize>>,
-    /// By input, block of input channels, row and column of the filter, input channel, output channel.
+    /// By input, block of input channels, row and column of the filter, word of input channels, output channel.
     pub(super) weights: Aligned,
+    /// By output channel: what a sum is worth.
+    pub(super) scale: Aligned,
     /// By output channel.
     pub(super) bias: Aligned,
 }
@@ -28,109 +30,117 @@ pub(super) fn pack(
     (weight, bias): (&[f32], &[f32]),
     inputs: &[Input],
     [size, groups]: [usize; 2],
-    isa: Isa,
+    arithmetic: Arithmetic,
 ) -> Result<Vec<Group>> {
-    let in_channels = inputs.iter().map(|i| i.buffer.channels).sum::<usize>();
-    let filters = Filters {
-        weight,
-        bias,
-        taps: size * size,
-        outputs: bias.len() / groups,
-        inputs: in_channels / groups,
-    };
-    let vectors = bias.len().div_ceil(isa.lanes());
+    let filters = Filters::new((weight, bias), inputs, [size * size, groups], arithmetic);
+    let lanes = arithmetic.lanes();
+    let vectors = bias.len().div_ceil(lanes);
     // Vectors of different groups see different inputs.
-    let split = if groups == 1 { split_vectors(vectors, isa) } else { vec![1; vectors] };
+    let split = if groups == 1 { split_vectors(vectors, arithmetic) } else { vec![1; vectors] };
     let mut first = 0;
     let group = |vectors: usize| {
-        let channels = first..bias.len().min(first + vectors * isa.lanes());
+        let channels = first..bias.len().min(first + vectors * lanes);
         first = channels.end;
-        filters.pack_group(inputs, (isa.lanes(), vectors), channels)
+        filters.pack_group(inputs, vectors, channels)
     };
     split.into_iter().map(group).collect()
 }
 
 /// Splits `count` vectors of output channels into groups of one to three.
-fn split_vectors(count: usize, isa: Isa) -> Vec<usize> {
+pub(super) fn split_vectors(count: usize, arithmetic: Arithmetic) -> Vec<usize> {
     // Three vectors leave room for 8 pixels with 24 accumulators; with 12, pairs of 6 pixels are better.
-    let widest = if isa.accumulators() >= 24 && count.is_multiple_of(3) { 3 } else { 2 };
+    let widest = if arithmetic.accumulators() >= 24 && count.is_multiple_of(3) { 3 } else { 2 };
     (0..count).step_by(widest).map(|first| widest.min(count - first)).collect()
 }
 
-/// Filters as the model has them.
-struct Filters<'a> {
-    weight: &'a [f32],
-    bias: &'a [f32],
+/// Filters as the model has them, or as integers.
+struct Filters {
+    /// OIHW.
+    weights: Vec<f32>,
+    outputs: Vec<Quantized>,
     /// Of a filter.
     taps: usize,
     /// Output and input channels of a group.
-    outputs: usize,
-    inputs: usize,
+    group: [usize; 2],
+    arithmetic: Arithmetic,
 }
 
-impl Filters<'_> {
+impl Filters {
+    fn new(
+        (weight, bias): (&[f32], &[f32]),
+        inputs: &[Input],
+        [taps, groups]: [usize; 2],
+        arithmetic: Arithmetic,
+    ) -> Self {
+        let in_channels = inputs.iter().map(|i| i.buffer.channels).sum::<usize>();
+        let group = [bias.len() / groups, in_channels / groups];
+        let mut weights = weight.to_vec();
+        let outputs = weights.chunks_exact_mut(group[1] * taps).zip(bias).map(|(weights, bias)| {
+            let channels = inputs.iter().flat_map(|i| (0..i.buffer.channels).map(|c| (&i.steps, c)));
+            packing::quantize(arithmetic, weights, *bias, channels.flat_map(|c| std::iter::repeat_n(c, taps)))
+        });
+        let outputs = outputs.collect();
+        Self { weights, outputs, taps, group, arithmetic }
+    }
+
     /// Input channels that an output channel sees.
     fn seen(&self, output: usize) -> Range<usize> {
-        let first = output / self.outputs * self.inputs;
-        first..first + self.inputs
+        let [outputs, inputs] = self.group;
+        let first = output / outputs * inputs;
+        first..first + inputs
     }
 
     /// What input `i` weighs in output `o` at a tap: nothing outside its group.
     fn weight(&self, (o, i): (usize, usize), tap: usize) -> f32 {
         let seen = self.seen(o);
         match seen.contains(&i) {
-            true => self.weight[(o * self.inputs + i - seen.start) * self.taps + tap],
+            true => self.weights[(o * self.group[1] + i - seen.start) * self.taps + tap],
             false => 0.0,
         }
     }
 
     /// Weights of some output channels. Channels that do not exist weigh nothing.
-    fn pack_group(
-        &self,
-        inputs: &[Input],
-        (lanes, vectors): (usize, usize),
-        channels: Range<usize>,
-    ) -> Result<Group> {
+    fn pack_group(&self, inputs: &[Input], vectors: usize, channels: Range<usize>) -> Result<Group> {
+        let (lanes, packed) = (self.arithmetic.lanes(), self.arithmetic.packed());
         let wide = vectors * lanes;
-        let mut packed_bias = Aligned::zeros(wide)?;
-        packed_bias[..channels.len()].copy_from_slice(&self.bias[channels.clone()]);
+        let (mut scale, mut bias) = (Aligned::zeros(wide)?, Aligned::zeros(wide)?);
+        for (i, output) in self.outputs[channels.clone()].iter().enumerate() {
+            (scale[i], bias[i]) = (output.scale, output.bias);
+        }
         let seen = self.seen(channels.start).start..self.seen(channels.end - 1).end;
         let mut first_in = 0;
         let ranges: Vec<_> = inputs.iter().map(|input| part(input, &seen, &mut first_in, lanes)).collect();
-        let lines = ranges.iter().map(|(_, range)| range.len()).sum::<usize>() * self.taps;
-        let mut packed = Aligned::zeros(lines * wide)?;
-        let mut lines = packed.chunks_exact_mut(wide);
-        for (input, (first_in, range)) in inputs.iter().zip(&ranges) {
-            let block = match input.buffer.layout {
-                Layout::Planar => range.end.max(1),
-                Layout::Blocked => lanes,
-            };
-            for first in range.clone().step_by(block) {
+        let words = |range: &Range<usize>| range.len().div_ceil(packed);
+        let lines = ranges.iter().map(|(_, range)| words(range)).sum::<usize>() * self.taps;
+        let mut weights = Aligned::zeros(lines * wide)?;
+        let mut lines = weights.chunks_exact_mut(wide);
+        for (first_in, range) in &ranges {
+            for first in range.clone().step_by(lanes) {
+                let block = first..range.end.min(first + lanes);
                 for tap in 0..self.taps {
-                    for i in first..range.end.min(first + block) {
-                        let line = lines.next().expect("a line for every input channel and tap");
-                        for (value, o) in line.iter_mut().zip(channels.clone()) {
-                            *value = self.weight((o, first_in + i), tap);
+                    for i in block.clone().step_by(packed) {
+                        let line = lines.next().expect("a line for every word of input channels and tap");
+                        for (word, o) in line.iter_mut().zip(channels.clone()) {
+                            let numbers = (i..block.end).map(|i| self.weight((o, first_in + i), tap));
+                            *word = packing::word(self.arithmetic, numbers);
                         }
                     }
                 }
             }
         }
         let inputs = ranges.into_iter().map(|(_, range)| range).collect();
-        Ok(Group { vectors, inputs, weights: packed, bias: packed_bias })
+        Ok(Group { vectors, inputs, weights, scale, bias })
     }
 }
 
-/// The first channel of `input` among those of all inputs, and its channels that hold the `seen` ones: all of a planar
-/// input, whole blocks of a blocked one.
+/// The first channel of `input` among those of all inputs, and whole blocks of its channels that hold the `seen` ones.
 fn part(input: &Input, seen: &Range<usize>, first_in: &mut usize, lanes: usize) -> (usize, Range<usize>) {
     let (first, channels) = (*first_in, input.buffer.channels);
     *first_in += channels;
     let [start, end] = [seen.start, seen.end].map(|c| c.saturating_sub(first).min(channels));
-    let range = match input.buffer.layout {
-        Layout::Planar => 0..channels,
-        Layout::Blocked if start == end => 0..0,
-        Layout::Blocked => start / lanes * lanes..end.next_multiple_of(lanes).min(channels),
+    let range = match start == end {
+        true => 0..0,
+        false => start / lanes * lanes..end.next_multiple_of(lanes).min(channels),
     };
     (first, range)
 }

@@ -3,17 +3,19 @@
 
 use super::aligned::Aligned;
 use super::bands::{Band, Workers};
+use super::dot::{Dot, DotKernel};
 use super::guide_window::GuideWindow;
 use super::kernel_predict::Tile;
-use super::level::Isa;
+use super::packing::{self, Steps};
 use super::patch_merge;
-use super::simd::{Kernel, Simd};
+use super::precision::Arithmetic;
+use super::recipe::Recipe;
+use super::simd::Simd;
 use crate::ao_image::AoImage;
 use crate::error::Result;
 use crate::gbuffer::GBuffer;
 use crate::net::config::KernelWeights;
-use crate::net::plan::{Buffer, Plan};
-use crate::net::weights::Weights;
+use crate::net::plan::{Buffer, BufferId};
 
 /// Vectors of cells that are computed together.
 pub(super) const VECTORS: usize = 2;
@@ -21,52 +23,59 @@ pub(super) const VECTORS: usize = 2;
 /// The last step of a network.
 #[derive(Debug)]
 pub(super) struct Head {
+    arithmetic: Arithmetic,
     pub(super) input: Buffer,
+    /// Of the input's integers.
+    pub(super) steps: Steps,
     pub(super) guide: Buffer,
     pub(super) patch: usize,
     pub(super) kernel: KernelWeights,
-    /// By group of outputs, input channel, output of the group.
+    /// By group of outputs, word of input channels, output of the group.
     pub(super) weights: Aligned,
+    /// What a sum is worth, for each output, whole groups.
+    pub(super) scales: Aligned,
     /// One for each output, whole groups.
-    pub(super) bias: Aligned,
+    pub(super) biases: Aligned,
 }
 
 impl Head {
     /// # Errors
-    /// When there is not enough memory.
+    /// When there is not enough memory, or the ranges of integers are not known.
     pub(super) fn new(
-        plan: &Plan,
-        weights: &Weights,
-        isa: Isa,
-        (name, [input, guide], patch, kernel): (&str, [usize; 2], usize, KernelWeights),
+        recipe: &Recipe<'_>,
+        (name, [input, guide], patch, kernel): (&str, [BufferId; 2], usize, KernelWeights),
     ) -> Result<Self> {
-        let weight = &weights.get(&format!("{name}.weight")).values;
-        let bias = &weights.get(&format!("{name}.bias")).values;
-        let (input, guide) = (plan.buffers[input].clone(), plan.buffers[guide].clone());
+        let arithmetic = recipe.arithmetic;
+        let (weight, bias) = recipe.parameters(name);
+        let steps = recipe.steps(input, arithmetic)?;
+        let [input, guide] = [input, guide].map(|id| recipe.plan.buffers[id].clone());
         let outputs = patch * patch * kernel.outputs_per_pixel();
-        let group = isa.accumulators() / VECTORS;
+        let group = arithmetic.accumulators() / VECTORS;
         let padded = outputs.next_multiple_of(group);
-        let mut packed = Aligned::zeros(padded * input.channels)?;
-        for o in 0..outputs {
-            let first = o / group * group * input.channels + o % group;
-            for c in 0..input.channels {
-                packed[first + c * group] = weight[o * input.channels + c];
+        let words = input.channels.div_ceil(arithmetic.packed());
+        let (mut scales, mut biases) = (Aligned::zeros(padded)?, Aligned::zeros(padded)?);
+        let mut weights = Aligned::zeros(padded * words)?;
+        for (o, (filter, bias)) in weight.chunks_exact(input.channels).zip(bias).enumerate() {
+            let mut filter = filter.to_vec();
+            let channels = (0..input.channels).map(|c| (&steps, c));
+            let output = packing::quantize(arithmetic, &mut filter, *bias, channels);
+            (scales[o], biases[o]) = (output.scale, output.bias);
+            let first = o / group * group * words + o % group;
+            for (w, numbers) in filter.chunks(arithmetic.packed()).enumerate() {
+                weights[first + w * group] = packing::word(arithmetic, numbers.iter().copied());
             }
         }
-        let mut packed_bias = Aligned::zeros(padded)?;
-        packed_bias[..outputs].copy_from_slice(bias);
-        Ok(Self { input, guide, patch, kernel, weights: packed, bias: packed_bias })
+        Ok(Self { arithmetic, input, steps, guide, patch, kernel, weights, scales, biases })
     }
 
     /// Values of scratch memory that a thread needs.
-    pub(super) fn scratch_len(&self, isa: Isa) -> usize {
-        Tile::scratch_len(self, VECTORS * isa.lanes())
+    pub(super) fn scratch_len(&self) -> usize {
+        Tile::scratch_len(self, VECTORS * self.arithmetic.lanes())
     }
 
     /// Runs over the arena into the image.
     pub(super) fn run(
         &self,
-        isa: Isa,
         (workers, arena): (&mut Workers, &[f32]),
         (gbuffer, image): (&GBuffer, &mut AoImage),
         horizon_visibility: &[f32],
@@ -75,7 +84,7 @@ impl Head {
         let (input, guide) = (&arena[self.input.range()], &arena[self.guide.range()]);
         let width = image.width();
         workers.for_each_band(image.visibility_mut(), width * self.patch, |band| {
-            isa.run(HeadBand { head: self, input, guide, gbuffer, base, band });
+            self.arithmetic.run(HeadBand { head: self, input, guide, gbuffer, base, band });
         });
     }
 }
@@ -90,9 +99,9 @@ struct HeadBand<'a> {
     band: Band<'a>,
 }
 
-impl Kernel for HeadBand<'_> {
+impl DotKernel for HeadBand<'_> {
     #[inline(always)]
-    fn run<S: Simd>(self, simd: S) {
+    fn run<D: Dot>(self, dot: D) {
         let Self { head, band, .. } = self;
         let width = self.gbuffer.width();
         let row_len = width * head.patch;
@@ -102,13 +111,13 @@ impl Kernel for HeadBand<'_> {
             let y = band.first + i;
             let base = self.base.map(|base| &base[y * row_len..][..depth.len()]);
             let features = &self.input[y * head.input.row_len()..][..head.input.row_len()];
-            for x in (0..cells).step_by(VECTORS * S::LANES) {
+            for x in (0..cells).step_by(VECTORS * D::Simd::LANES) {
                 let (buffer, patch) = (&head.guide, head.patch);
                 let guide = GuideWindow { guide: self.guide, buffer, patch, y, x };
                 let tile = Tile { head, features, guide };
-                let visibility = match cells - x > S::LANES {
-                    true => tile.run::<S, VECTORS>(simd, band.scratch),
-                    false => tile.run::<S, 1>(simd, band.scratch),
+                let visibility = match cells - x > D::Simd::LANES {
+                    true => tile.run::<D, VECTORS>(dot, band.scratch),
+                    false => tile.run::<D, 1>(dot, band.scratch),
                 };
                 patch_merge::write((image, depth, base), visibility, (patch, width, x));
             }

@@ -1,7 +1,9 @@
 //! A few vectors of cells through the head. See [`crate::net::Op::KernelPredict`]; AO-Net §3.3, Eq. 2.
 
+use super::dot::Dot;
 use super::guide_window::{GuideWindow, window_len, window_side};
 use super::head::{Head, VECTORS};
+use super::packing::Steps;
 use super::simd::Simd;
 use crate::net::config::KernelWeights;
 use crate::net::graph::{GUIDE_CHANNELS, TAPS, WINDOW};
@@ -9,6 +11,9 @@ use crate::net::plan::{CHANNEL_BLOCK, HALO};
 
 /// Weights of one row of a kernel.
 const ROW_TAPS: usize = WINDOW * GUIDE_CHANNELS;
+
+/// A vector of numbers.
+type Vector<D> = <<D as Dot>::Simd as Simd>::V;
 
 /// Neighbouring cells of a row.
 pub(super) struct Tile<'a> {
@@ -26,53 +31,53 @@ impl Tile<'_> {
 
     /// The visibility of `N` vectors of cells, pixel of the patch by pixel, and the number of cells.
     #[inline(always)]
-    pub(super) fn run<'s, S: Simd, const N: usize>(
+    pub(super) fn run<'s, D: Dot, const N: usize>(
         &self,
-        simd: S,
+        dot: D,
         scratch: &'s mut [f32],
     ) -> (&'s [f32], usize) {
-        match S::ACCUMULATORS / VECTORS {
-            12 => self.run_grouped::<S, N, 12>(simd, scratch),
-            6 => self.run_grouped::<S, N, 6>(simd, scratch),
-            4 => self.run_grouped::<S, N, 4>(simd, scratch),
+        match D::Simd::ACCUMULATORS / VECTORS {
+            12 => self.run_grouped::<D, N, 12>(dot, scratch),
+            6 => self.run_grouped::<D, N, 6>(dot, scratch),
+            4 => self.run_grouped::<D, N, 4>(dot, scratch),
             n => unreachable!("groups of {n} outputs"),
         }
     }
 
     #[inline(always)]
-    fn run_grouped<'s, S: Simd, const N: usize, const K: usize>(
+    fn run_grouped<'s, D: Dot, const N: usize, const K: usize>(
         &self,
-        simd: S,
+        dot: D,
         scratch: &'s mut [f32],
     ) -> (&'s [f32], usize) {
-        let cells = N * S::LANES;
+        let cells = N * D::Simd::LANES;
         let (features, rest) = scratch.split_at_mut(feature_lines(self.head) * cells);
         let (window, rest) = rest.split_at_mut(window_len(self.head.patch) * cells);
         let (kernel, rest) = rest.split_at_mut(TAPS * cells);
         let visibility = &mut rest[..self.head.patch * self.head.patch * cells];
-        self.transpose_features::<S>(features, cells);
+        self.transpose_features(dot, features, cells);
         match self.head.kernel {
             KernelWeights::Off | KernelWeights::Correction => {
                 for (group, out) in visibility.chunks_mut(K * cells).enumerate() {
-                    let outputs = self.outputs::<S, N, K>(simd, features, group);
+                    let outputs = self.outputs::<D, N, K>(dot, features, group);
                     for (values, out) in outputs.iter().zip(out.chunks_exact_mut(cells)) {
-                        store(simd, *values, out);
+                        store(dot.simd(), *values, out);
                     }
                 }
             }
             KernelWeights::Linear => {
                 self.guide.copy_to(window, cells);
                 for (pixel, out) in visibility.chunks_exact_mut(cells).enumerate() {
-                    self.apply::<S, N, K>(simd, (features, window), (pixel, out));
+                    self.apply::<D, N, K>(dot, (features, window), (pixel, out));
                 }
             }
             KernelWeights::Softmax => {
                 self.guide.copy_to(window, cells);
                 for (pixel, out) in visibility.chunks_exact_mut(cells).enumerate() {
                     for (group, kernel) in kernel.chunks_exact_mut(K * cells).enumerate() {
-                        let outputs = self.outputs::<S, N, K>(simd, features, pixel * (TAPS / K) + group);
+                        let outputs = self.outputs::<D, N, K>(dot, features, pixel * (TAPS / K) + group);
                         for (values, out) in outputs.iter().zip(kernel.chunks_exact_mut(cells)) {
-                            store(simd, *values, out);
+                            store(dot.simd(), *values, out);
                         }
                     }
                     self.apply_softmax((kernel, window), (pixel, out));
@@ -84,57 +89,65 @@ impl Tile<'_> {
 
     /// Group `group` of `K` outputs of the convolution.
     #[inline(always)]
-    fn outputs<S: Simd, const N: usize, const K: usize>(
+    fn outputs<D: Dot, const N: usize, const K: usize>(
         &self,
-        simd: S,
+        dot: D,
         features: &[f32],
         group: usize,
-    ) -> [[S::V; N]; K] {
-        let channels = self.head.input.channels;
-        let mut sums = [[simd.splat(0.0); N]; K];
-        for (sums, bias) in sums.iter_mut().zip(&self.head.bias[group * K..]) {
-            *sums = [simd.splat(*bias); N];
-        }
-        let weights = &self.head.weights[group * K * channels..][..K * channels];
-        for (weights, features) in weights.chunks_exact(K).zip(features.chunks_exact(N * S::LANES)) {
-            let mut values = [simd.splat(0.0); N];
+    ) -> [[Vector<D>; N]; K] {
+        let (simd, lanes) = (dot.simd(), D::Simd::LANES);
+        let words = self.head.input.channels.div_ceil(D::PACKED);
+        let mut sums = [[dot.zero(); N]; K];
+        let weights = &self.head.weights[group * K * words..][..K * words];
+        for (weights, features) in weights.chunks_exact(K).zip(features.chunks_exact(N * lanes)) {
+            let mut values = [dot.splat(0.0); N];
             for n in 0..N {
-                values[n] = simd.load(&features[n * S::LANES..]);
+                values[n] = dot.load(&features[n * lanes..]);
             }
             for k in 0..K {
-                let weight = simd.splat(weights[k]);
+                let weight = dot.splat(weights[k]);
                 for n in 0..N {
-                    sums[k][n] = simd.mul_add(weight, values[n], sums[k][n]);
+                    sums[k][n] = dot.add(values[n], weight, sums[k][n]);
                 }
             }
         }
-        sums
+        let scales = &self.head.scales[group * K..][..K];
+        let biases = &self.head.biases[group * K..][..K];
+        let mut outputs = [[simd.splat(0.0); N]; K];
+        for k in 0..K {
+            let (scale, bias) = (simd.splat(scales[k]), simd.splat(biases[k]));
+            for n in 0..N {
+                outputs[k][n] = dot.finish(sums[k][n], scale, bias);
+            }
+        }
+        outputs
     }
 
     /// Predicts the kernel of one pixel of the patch, part by part, and weighs the normals with it.
     #[inline(always)]
-    fn apply<S: Simd, const N: usize, const K: usize>(
+    fn apply<D: Dot, const N: usize, const K: usize>(
         &self,
-        simd: S,
+        dot: D,
         (features, window): (&[f32], &[f32]),
         (pixel, out): (usize, &mut [f32]),
     ) {
-        let cells = N * S::LANES;
+        let (simd, lanes) = (dot.simd(), D::Simd::LANES);
+        let cells = N * lanes;
         // Four sums that do not wait for one another.
         let mut totals = [[simd.splat(0.0); N]; 4];
         for part in 0..TAPS / K {
-            let kernel = self.outputs::<S, N, K>(simd, features, pixel * (TAPS / K) + part);
+            let kernel = self.outputs::<D, N, K>(dot, features, pixel * (TAPS / K) + part);
             let first = self.window_index(pixel, part * K);
             let normals = window[first * cells..][..K * cells].chunks_exact(cells);
             for (k, (weight, normal)) in kernel.iter().zip(normals).enumerate() {
                 for n in 0..N {
                     let total = &mut totals[k % 4][n];
-                    *total = simd.mul_add(weight[n], simd.load(&normal[n * S::LANES..]), *total);
+                    *total = simd.mul_add(weight[n], simd.load(&normal[n * lanes..]), *total);
                 }
             }
         }
         let mean = simd.splat(1.0 / GUIDE_CHANNELS as f32);
-        for (n, out) in out.chunks_exact_mut(S::LANES).enumerate() {
+        for (n, out) in out.chunks_exact_mut(lanes).enumerate() {
             let pairs = [simd.add(totals[0][n], totals[1][n]), simd.add(totals[2][n], totals[3][n])];
             simd.store(simd.mul(simd.add(pairs[0], pairs[1]), mean), out);
         }
@@ -171,20 +184,25 @@ impl Tile<'_> {
         (dy * window_side(patch) + dx) * GUIDE_CHANNELS + k % ROW_TAPS
     }
 
-    /// Features of the cells, channel by channel; cells beyond the image repeat the last one.
+    /// Features of the cells, word by word of channels; cells beyond the image repeat the last one.
     #[inline(always)]
-    fn transpose_features<S: Simd>(&self, out: &mut [f32], cells: usize) {
+    fn transpose_features<D: Dot>(&self, dot: D, out: &mut [f32], cells: usize) {
+        let (lanes, words) = (D::Simd::LANES, D::Simd::LANES / D::PACKED);
         let width = self.head.input.width;
-        let blocks = self.features.chunks_exact((width + 2 * HALO) * S::LANES);
-        for (block, out) in blocks.zip(out.chunks_exact_mut(S::LANES * cells)) {
+        let blocks = self.features.chunks_exact((width + 2 * HALO) * lanes);
+        for (i, (block, out)) in blocks.zip(out.chunks_exact_mut(words * cells)).enumerate() {
+            let Steps { per_unit, zero } = &self.head.steps;
+            let (per_unit, zero) = (&per_unit[i * lanes..], &zero[i * lanes..]);
             for cell in (0..cells).step_by(4) {
-                let pixel = |i: usize| {
+                let packed = |i: usize| {
                     let x = (self.guide.x + cell + i).min(width - 1) + HALO;
-                    &block[x * S::LANES..][..S::LANES]
+                    let mut packed = [0.0; CHANNEL_BLOCK];
+                    dot.pack(dot.simd().load(&block[x * lanes..]), per_unit, zero, &mut packed);
+                    packed
                 };
-                let pixels = [pixel(0), pixel(1), pixel(2), pixel(3)];
-                for (c, line) in out.chunks_exact_mut(cells).enumerate() {
-                    line[cell..cell + 4].copy_from_slice(&pixels.map(|pixel| pixel[c]));
+                let pixels = [packed(0), packed(1), packed(2), packed(3)];
+                for (w, line) in out.chunks_exact_mut(cells).enumerate() {
+                    line[cell..cell + 4].copy_from_slice(&pixels.map(|pixel| pixel[w]));
                 }
             }
         }

@@ -6,17 +6,22 @@
 
 mod aligned;
 mod bands;
+mod calibration;
 mod conv;
 mod conv_tile;
 mod conv_weights;
+mod dot;
 mod features;
 mod guide_window;
 mod head;
 mod image;
 mod kernel_predict;
 mod level;
+mod packing;
 mod patch_merge;
 mod pool;
+mod precision;
+mod recipe;
 mod resample;
 mod ring;
 mod session;
@@ -26,11 +31,18 @@ mod tests;
 mod wide;
 #[cfg(target_arch = "x86_64")]
 mod wide_x86;
+mod winograd;
+mod winograd_squares;
+mod winograd_transforms;
+mod winograd_weights;
 #[cfg(target_arch = "x86_64")]
 mod x86;
+#[cfg(target_arch = "x86_64")]
+mod x86_packed;
 
 pub use level::{Isa, Level};
-pub use session::Session;
+pub use precision::Precision;
+pub use session::{Options, Session};
 #[cfg(test)]
 pub(crate) use simd::Portable;
 pub use simd::{Kernel, Simd};

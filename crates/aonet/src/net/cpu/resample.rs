@@ -1,4 +1,4 @@
-//! One row of a blocked image from rows of a finer or coarser one.
+//! One row of a blocked image from rows of a finer, a coarser or a planar one.
 
 use super::simd::Simd;
 use crate::net::plan::HALO;
@@ -70,4 +70,20 @@ fn mix<S: Simd>(simd: S, (near, far): (&[f32], &[f32])) -> S::V {
 #[inline(always)]
 fn lean<S: Simd>(simd: S, near: S::V, far: S::V) -> S::V {
     simd.mul_add(simd.splat(0.25), far, simd.mul(simd.splat(0.75), near))
+}
+
+/// Lays the lines of a planar row out in blocks; channels that do not exist are 0.
+#[inline(always)]
+pub(super) fn block_lines<S: Simd>(planes: &[f32], out: &mut [f32], width: usize) {
+    let pitch = width + 2 * HALO;
+    let blocks = out.chunks_exact_mut(S::LANES * pitch);
+    let planes = planes.chunks(S::LANES * pitch).chain(std::iter::repeat(&[][..]));
+    for (planes, block) in planes.zip(blocks) {
+        if planes.len() < block.len() {
+            block.fill(0.0);
+        }
+        for (c, line) in planes.chunks_exact(pitch).enumerate() {
+            block[c..].iter_mut().step_by(S::LANES).zip(line).for_each(|(to, from)| *to = *from);
+        }
+    }
 }

@@ -1,86 +1,136 @@
-//! Inputs of a convolution, row by row: read as they are, or pooled or upsampled just before they are needed.
+//! Inputs of a convolution, row by row: read as they are, or pooled, upsampled, laid out in blocks or packed just before
+//! they are needed.
 
-use super::resample::{avg_pool, upsample2};
+use super::dot::Dot;
+use super::packing::Steps;
+use super::resample::{avg_pool, block_lines, upsample2};
 use super::simd::Simd;
-use crate::net::plan::{Buffer, Resample};
+use crate::net::plan::{Buffer, HALO, Layout, Resample};
 
-/// Rows of resampled input that a thread keeps.
-const RING: usize = 3;
-
-/// An input of a convolution.
+/// An input of a convolution, which reads blocks of packed words.
 #[derive(Debug)]
 pub(super) struct Input {
     pub(super) buffer: Buffer,
+    pub(super) steps: Steps,
     resample: Resample,
-    /// Length of a row after resampling.
+    /// Numbers in a word.
+    packed: usize,
+    /// Length of a prepared row before it is packed.
     row_len: usize,
 }
 
 impl Input {
-    /// A buffer that has `width` columns after resampling.
-    pub(super) fn new(buffer: Buffer, resample: Resample, width: usize) -> Self {
-        let row_len = Buffer { width, ..buffer.clone() }.row_len();
-        Self { buffer, resample, row_len }
+    /// A buffer that is read with `width` columns and `packed` numbers a word.
+    pub(super) fn new(
+        buffer: Buffer,
+        resample: Resample,
+        (width, packed, steps): (usize, usize, Steps),
+    ) -> Self {
+        let row_len = Buffer { width, layout: Layout::Blocked, ..buffer.clone() }.row_len();
+        Self { buffer, steps, resample, packed, row_len }
     }
 
-    /// Length of the ring that it needs.
-    pub(super) fn ring_len(&self) -> usize {
+    /// Length of the ring of `rows` that it needs.
+    pub(super) fn ring_len(&self, rows: usize) -> usize {
+        match (self.is_plain(), self.packed) {
+            (true, 1) => 0,
+            (false, 1) => rows * self.row_len,
+            (_, packed) => rows * self.row_len / packed + self.row_len,
+        }
+    }
+
+    /// Whether its rows need no preparation but packing.
+    fn is_plain(&self) -> bool {
+        self.resample == Resample::None && self.buffer.layout == Layout::Blocked
+    }
+
+    /// Row `y` of the buffer; rows below the image repeat the last one.
+    fn stored<'s>(&self, source: &'s [f32], y: usize) -> &'s [f32] {
+        let len = self.buffer.row_len();
+        &source[y.min(self.buffer.height - 1) * len..][..len]
+    }
+
+    /// Row `y` pooled, upsampled or laid out in blocks.
+    #[inline(always)]
+    fn prepare<S: Simd>(&self, simd: S, source: &[f32], (y, width): (usize, usize), out: &mut [f32]) {
+        let row = |y: usize| self.stored(source, y);
         match self.resample {
-            Resample::None => 0,
-            Resample::AvgPool(_) | Resample::Upsample2 => RING * self.row_len,
+            Resample::AvgPool(side) => avg_pool(simd, (side, |i| row(side * y + i)), out, width),
+            Resample::Upsample2 if y % 2 == 0 => {
+                upsample2(simd, [row(y / 2), row((y / 2).saturating_sub(1))], out, width);
+            }
+            Resample::Upsample2 => upsample2(simd, [row(y / 2), row(y / 2 + 1)], out, width),
+            Resample::None => block_lines::<S>(row(y), out, width),
+        }
+    }
+
+    #[inline(always)]
+    fn pack<D: Dot>(&self, dot: D, row: &[f32], width: usize, words: &mut [f32]) {
+        let lanes = D::Simd::LANES;
+        let pitch = (width + 2 * HALO) * lanes;
+        let lines = row.chunks_exact(pitch).zip(words.chunks_exact_mut(pitch / D::PACKED));
+        for (block, (line, words)) in lines.enumerate() {
+            let (per_unit, zero) = (&self.steps.per_unit[block * lanes..], &self.steps.zero[block * lanes..]);
+            for (values, words) in line.chunks_exact(lanes).zip(words.chunks_exact_mut(lanes / D::PACKED)) {
+                dot.pack(dot.simd().load(values), per_unit, zero, words);
+            }
         }
     }
 }
 
-/// The last resampled rows of an input: row y is in slot y mod 3.
-pub(super) struct Ring<'a> {
-    values: &'a mut [f32],
-    held: [usize; RING],
+/// The last `ROWS` rows that were prepared of an input: row y is in slot y mod `ROWS`.
+pub(super) struct Ring<'a, const ROWS: usize> {
+    slots: &'a mut [f32],
+    held: [usize; ROWS],
+    /// A row on its way, before it is packed.
+    unpacked: &'a mut [f32],
 }
 
-impl<'a> Ring<'a> {
-    pub(super) fn new(values: &'a mut [f32]) -> Self {
-        Self { values, held: [usize::MAX; RING] }
+impl<'a, const ROWS: usize> Ring<'a, ROWS> {
+    pub(super) fn new(input: &Input, values: &'a mut [f32]) -> Self {
+        let unpacked_len = if input.packed == 1 { 0 } else { input.row_len };
+        let (unpacked, slots) = values.split_at_mut(unpacked_len.min(values.len()));
+        Self { slots, held: [usize::MAX; ROWS], unpacked }
     }
 
-    /// Makes sure that the ring holds `rows` of the resampled input.
+    /// Makes sure that the ring holds neighbouring `rows` of the prepared input.
     #[inline(always)]
-    pub(super) fn fill<S: Simd>(
+    pub(super) fn fill<D: Dot>(
         &mut self,
-        simd: S,
+        dot: D,
         input: &Input,
         source: &[f32],
-        (rows, width): ([usize; 3], usize),
+        (rows, width): ([usize; ROWS], usize),
     ) {
-        if input.resample == Resample::None {
+        if input.is_plain() && D::PACKED == 1 {
             return;
         }
+        let slot_len = input.row_len / D::PACKED;
         for y in rows {
-            if self.held[y % RING] == y {
+            if self.held[y % ROWS] == y {
                 continue;
             }
-            self.held[y % RING] = y;
-            let out = &mut self.values[y % RING * input.row_len..][..input.row_len];
-            let last = input.buffer.height - 1;
-            let row = |y: usize| &source[y.min(last) * input.buffer.row_len()..][..input.buffer.row_len()];
-            match input.resample {
-                Resample::AvgPool(side) => avg_pool(simd, (side, |i| row(side * y + i)), out, width),
-                Resample::Upsample2 if y % 2 == 0 => {
-                    upsample2(simd, [row(y / 2), row((y / 2).saturating_sub(1))], out, width);
-                }
-                Resample::Upsample2 => upsample2(simd, [row(y / 2), row(y / 2 + 1)], out, width),
-                Resample::None => {}
+            self.held[y % ROWS] = y;
+            let slot = &mut self.slots[y % ROWS * slot_len..][..slot_len];
+            if D::PACKED == 1 {
+                input.prepare(dot.simd(), source, (y, width), slot);
+            } else if input.is_plain() {
+                input.pack(dot, input.stored(source, y), width, slot);
+            } else {
+                input.prepare(dot.simd(), source, (y, width), self.unpacked);
+                input.pack(dot, self.unpacked, width, slot);
             }
         }
     }
 
-    /// Row `y` of the input after resampling.
+    /// Row `y` of the input as the convolution reads it.
     #[inline(always)]
     pub(super) fn row<'s>(&'s self, input: &Input, source: &'s [f32], y: usize) -> &'s [f32] {
-        match input.resample {
-            Resample::None => &source[y * input.row_len..][..input.row_len],
-            Resample::AvgPool(_) | Resample::Upsample2 => {
-                &self.values[y % RING * input.row_len..][..input.row_len]
+        match input.is_plain() && input.packed == 1 {
+            true => input.stored(source, y),
+            false => {
+                let slot_len = input.row_len / input.packed;
+                &self.slots[y % ROWS * slot_len..][..slot_len]
             }
         }
     }

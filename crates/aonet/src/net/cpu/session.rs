@@ -7,6 +7,9 @@ use super::features::PartitionFeatures;
 use super::head::Head;
 use super::image::Image;
 use super::level::{Isa, Level};
+use super::precision::{Arithmetic, Precision};
+use super::recipe::Recipe;
+use super::winograd::{self, Winograd};
 use crate::ao_image::{AoImage, AoParams};
 use crate::classic;
 use crate::error::{Error, Result};
@@ -16,13 +19,32 @@ use crate::net::features::FeatureRows;
 use crate::net::model::Model;
 use crate::net::plan::{Plan, Step};
 
+/// How a session computes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Options {
+    /// Threads, the caller's included.
+    pub threads: usize,
+    /// Vector instructions.
+    pub level: Level,
+    /// Numbers that are multiplied.
+    pub precision: Precision,
+}
+
+impl Default for Options {
+    /// One thread, the best instructions of this machine, f32.
+    fn default() -> Self {
+        Self { threads: 1, level: Level::best(), precision: Precision::F32 }
+    }
+}
+
 /// A network, its memory and its threads, for frames of one size.
 ///
-/// Frames are f32 all the way; a result does not depend on the number of threads.
+/// What lies between convolutions is f32; a result does not depend on the number of threads.
 #[derive(Debug)]
 pub struct Session {
     plan: Plan,
     features: Features,
+    precision: Precision,
     isa: Isa,
     workers: Workers,
     arena: Aligned,
@@ -59,35 +81,40 @@ impl Horizons {
 enum Prepared {
     Features(PartitionFeatures),
     Conv(Conv),
+    Winograd(Winograd),
     Head(Head),
     Image(Image),
 }
 
 impl Session {
-    /// A session for frames of `width` x `height` [px] with the best instructions of this machine; the caller of
+    /// A session for frames of `width` x `height` [px] in f32, with the best instructions of this machine; the caller of
     /// [`Session::run`] is one of the `threads`.
     ///
     /// # Errors
     /// When a side is 0 or too large, `threads` is 0 or cannot be started, or there is not enough memory.
     pub fn new(model: &Model, width: usize, height: usize, threads: usize) -> Result<Self> {
-        Self::with_level(model, (width, height), threads, Level::best())
+        Self::with_options(model, (width, height), Options { threads, ..Options::default() })
     }
 
-    /// The same with instructions of choice.
+    /// The same with a choice of numbers and instructions.
     ///
     /// # Errors
-    /// As [`Session::new`], and when the machine does not have the instructions.
-    pub fn with_level(model: &Model, size: (usize, usize), threads: usize, level: Level) -> Result<Self> {
-        let isa = Isa::new(level)?;
+    /// As [`Session::new`], when the machine does not have the instructions, and when the model does not know the ranges that
+    /// integers need.
+    pub fn with_options(model: &Model, size: (usize, usize), options: Options) -> Result<Self> {
+        let Options { threads, level, precision } = options;
+        let arithmetic = Arithmetic::new(level, precision)?;
+        let isa = arithmetic.isa();
         let plan = Plan::new(model.graph(), size.0, size.1)?;
+        let recipe = Recipe { plan: &plan, weights: model.weights(), arithmetic, ranges: model.ranges() };
         let steps: Vec<_> =
-            plan.steps.iter().map(|step| Prepared::new(step, &plan, model, isa)).collect::<Result<_>>()?;
-        let scratch_len = steps.iter().map(|step| step.scratch_len(isa)).max().unwrap_or(0);
+            plan.steps.iter().map(|step| Prepared::new(step, &recipe)).collect::<Result<_>>()?;
+        let scratch_len = steps.iter().map(Prepared::scratch_len).max().unwrap_or(0);
         let workers = Workers::new(threads, scratch_len)?;
         let arena = Aligned::zeros(plan.arena_len)?;
         let features = model.config().features;
         let horizons = features.horizon().map(|_| Horizons::new(size.0 * size.1)).transpose()?;
-        Ok(Self { features, plan, isa, workers, arena, steps, horizons })
+        Ok(Self { features, plan, precision, isa, workers, arena, steps, horizons })
     }
 
     /// Writes the visibility of a frame: in [0, 1], 1 on the background. Allocates nothing.
@@ -110,6 +137,17 @@ impl Session {
         image: &mut AoImage,
         after_step: &mut dyn FnMut(usize),
     ) -> Result<()> {
+        self.run_steps(gbuffer, params, image, &mut |i, _, _| after_step(i))
+    }
+
+    /// The same for whoever wants to see the arena after a step, too.
+    pub(super) fn run_steps(
+        &mut self,
+        gbuffer: &GBuffer,
+        params: AoParams,
+        image: &mut AoImage,
+        after_step: &mut dyn FnMut(usize, &Plan, &[f32]),
+    ) -> Result<()> {
         let (width, height) = self.plan.size;
         let found = [(gbuffer.width(), gbuffer.height()), (image.width(), image.height())];
         for (what, (w, h)) in ["G-buffer of a session", "AO image of a session"].into_iter().zip(found) {
@@ -125,17 +163,28 @@ impl Session {
         for (i, step) in self.steps.iter().enumerate() {
             match step {
                 Prepared::Features(step) => step.run(self.isa, &features, &mut self.workers, &mut self.arena),
-                Prepared::Conv(conv) => conv.run(self.isa, &mut self.workers, &mut self.arena),
+                Prepared::Conv(conv) => conv.run(&mut self.workers, &mut self.arena),
+                Prepared::Winograd(conv) => conv.run(&mut self.workers, &mut self.arena),
                 Prepared::Head(head) => {
-                    head.run(self.isa, (&mut self.workers, &self.arena), (gbuffer, image), horizon);
+                    head.run((&mut self.workers, &self.arena), (gbuffer, image), horizon);
                 }
                 Prepared::Image(step) => {
                     step.run(self.isa, (&mut self.workers, &self.arena), (gbuffer, image))
                 }
             }
-            after_step(i);
+            after_step(i, &self.plan, &self.arena);
         }
         Ok(())
+    }
+
+    /// Values in a vector: the size of a block of channels.
+    pub(super) fn lanes(&self) -> usize {
+        self.isa.lanes()
+    }
+
+    /// In which numbers it multiplies.
+    pub fn precision(&self) -> Precision {
+        self.precision
     }
 
     /// What runs.
@@ -151,8 +200,8 @@ impl Session {
 }
 
 impl Prepared {
-    fn new(step: &Step, plan: &Plan, model: &Model, isa: Isa) -> Result<Self> {
-        let weights = model.weights();
+    fn new(step: &Step, recipe: &Recipe<'_>) -> Result<Self> {
+        let plan = recipe.plan;
         Ok(match step {
             Step::Features { output, patch } => Self::Features(PartitionFeatures {
                 size: plan.size,
@@ -161,20 +210,27 @@ impl Prepared {
             }),
             Step::Conv { name, sources, output, size, groups, activation } => {
                 let shape = [*size, *groups];
-                Self::Conv(Conv::new(plan, weights, isa, (name, sources, *output, shape, *activation))?)
+                let step = (name.as_str(), &sources[..], *output, shape, *activation);
+                let in_channels = sources.iter().map(|s| plan.buffers[s.buffer].channels).sum();
+                let channels = [in_channels, plan.buffers[*output].channels];
+                match winograd::pays(channels, shape) && recipe.arithmetic.packed() <= 2 {
+                    true => Self::Winograd(Winograd::new(recipe, step)?),
+                    false => Self::Conv(Conv::new(recipe, step)?),
+                }
             }
             Step::Head { name, input, guide, patch, kernel } => {
-                Self::Head(Head::new(plan, weights, isa, (name, [*input, *guide], *patch, *kernel))?)
+                Self::Head(Head::new(recipe, (name, [*input, *guide], *patch, *kernel))?)
             }
             Step::Image { input } => Self::Image(Image { input: plan.buffers[*input].clone() }),
         })
     }
 
-    fn scratch_len(&self, isa: Isa) -> usize {
+    fn scratch_len(&self) -> usize {
         match self {
             Self::Features(step) => step.scratch_len(),
             Self::Conv(conv) => conv.scratch_len(),
-            Self::Head(head) => head.scratch_len(isa),
+            Self::Winograd(conv) => conv.scratch_len(),
+            Self::Head(head) => head.scratch_len(),
             Self::Image(_) => 0,
         }
     }

@@ -5,6 +5,9 @@ use super::bands::Workers;
 use super::conv::Conv;
 use super::head::Head;
 use super::level::{Isa, Level};
+use super::precision::Arithmetic;
+use super::recipe::Recipe;
+use super::winograd::Winograd;
 use crate::net::config::KernelWeights;
 use crate::net::graph::{Activation, Graph, Op};
 use crate::net::naive::{self, Planes};
@@ -14,6 +17,12 @@ use crate::{AoImage, Camera, GBuffer, Projection};
 
 /// Normalised mean square error. Measured: 3e-14 at most, from the order of summation.
 const MAX_NMSE: f64 = 1e-12;
+
+/// The same for Winograd's convolution, whose sums are of larger terms. Measured: 1.2e-12 at most.
+const MAX_WINOGRAD_NMSE: f64 = 1e-11;
+
+/// Words after the last buffer that nothing may write.
+const GUARD: [f32; 64] = [f32::NAN; 64];
 
 fn nmse(found: &[f32], expected: &[f32]) -> f64 {
     assert_eq!(found.len(), expected.len());
@@ -128,21 +137,35 @@ fn check_conv(
     for level in Level::available() {
         let isa = Isa::new(level).unwrap();
         let step = ("conv", &sources[..], inputs.len(), [size, groups], out.1);
-        let conv = Conv::new(&plan, &weights, isa, step).unwrap();
-        let mut arena = Aligned::zeros(arena_len).unwrap();
-        arena.fill(f32::NAN);
-        for (image, buffer) in images.iter().zip(&plan.buffers) {
-            put(image, buffer, isa.lanes(), &mut arena);
-        }
-        let mut workers = Workers::new(2, conv.scratch_len()).unwrap();
-        conv.run(isa, &mut workers, &mut arena);
         let output = plan.buffers.last().unwrap();
-        let found = Planes::from_fn((out.0, height, width + 2), |c, y, x| {
-            arena[index(output, isa.lanes(), (c, y, x as isize - 1))]
-        });
         let with_halo =
             Planes::from_fn((out.0, height, width + 2), |c, y, x| expected.at(c, y as isize, x as isize - 1));
-        assert_close(&found.values, &with_halo.values, &format!("{level:?} {what}"));
+        let check = |scratch_len: usize, run: &dyn Fn(&mut Workers, &mut [f32]), max_nmse: f64| {
+            let mut arena = Aligned::zeros(arena_len + GUARD.len()).unwrap();
+            arena.fill(f32::NAN);
+            for (image, buffer) in images.iter().zip(&plan.buffers) {
+                put(image, buffer, isa.lanes(), &mut arena);
+            }
+            let before = arena.to_vec();
+            let mut workers = Workers::new(2, scratch_len).unwrap();
+            run(&mut workers, &mut arena);
+            let found = Planes::from_fn((out.0, height, width + 2), |c, y, x| {
+                arena[index(output, isa.lanes(), (c, y, x as isize - 1))]
+            });
+            let error = nmse(&found.values, &with_halo.values);
+            assert!(error <= max_nmse, "{level:?} {what}: NMSE {error:e}, at most {max_nmse:e}");
+            let outside = (0..before.len()).filter(|i| !output.range().contains(i));
+            let same = |i: usize| before[i].to_bits() == arena[i].to_bits();
+            assert!(outside.clone().all(same), "{level:?} {what}: wrote outside of its output");
+        };
+        let arithmetic = Arithmetic::F32(isa);
+        let recipe = Recipe { plan: &plan, weights: &weights, arithmetic, ranges: Option::None };
+        let conv = Conv::new(&recipe, step).unwrap();
+        check(conv.scratch_len(), &|workers, arena| conv.run(workers, arena), MAX_NMSE);
+        if size == 3 && groups == 1 {
+            let conv = Winograd::new(&recipe, step).unwrap();
+            check(conv.scratch_len(), &|workers, arena| conv.run(workers, arena), MAX_WINOGRAD_NMSE);
+        }
     }
 }
 
@@ -244,15 +267,17 @@ fn check_head(channels: usize, (patch, kernel): (usize, KernelWeights), (width, 
         .collect();
     for level in Level::available() {
         let isa = Isa::new(level).unwrap();
-        let head = Head::new(&plan, &weights, isa, ("conv", [0, 1], patch, kernel)).unwrap();
+        let arithmetic = Arithmetic::F32(isa);
+        let recipe = Recipe { plan: &plan, weights: &weights, arithmetic, ranges: None };
+        let head = Head::new(&recipe, ("conv", [0, 1], patch, kernel)).unwrap();
         let mut arena = Aligned::zeros(arena_len).unwrap();
         arena.fill(f32::NAN);
         put(&features, &plan.buffers[0], isa.lanes(), &mut arena);
         put(&naive::patch_partition(&guide, patch), &plan.buffers[1], isa.lanes(), &mut arena);
-        let mut workers = Workers::new(2, head.scratch_len(isa)).unwrap();
+        let mut workers = Workers::new(2, head.scratch_len()).unwrap();
         let mut image = AoImage::open(width, height).unwrap();
         image.visibility_mut().fill(f32::NAN);
-        head.run(isa, (&mut workers, &arena), (&gbuffer, &mut image), &base);
+        head.run((&mut workers, &arena), (&gbuffer, &mut image), &base);
         assert_close(image.visibility(), &expected, &format!("{level:?} {what}"));
     }
 }

@@ -1,0 +1,63 @@
+//! Winograd's minimal filtering of 4x4 outputs by 3x3 taps, F(4x4, 3x3): Lavin and Gray 2016, §4.3. Interpolation points
+//! 0, 1, -1, 2, -2 and infinity.
+
+use super::simd::Simd;
+
+/// Side of a square of outputs.
+pub(super) const OUT: usize = 4;
+/// Side of the square of inputs that they see, and of the square of products.
+pub(super) const IN: usize = OUT + 2;
+/// Products.
+pub(super) const PRODUCTS: usize = IN * IN;
+
+/// G: a row of three taps at every point.
+const TAPS_AT_POINTS: [[f64; 3]; IN] = [
+    [1.0 / 4.0, 0.0, 0.0],
+    [-1.0 / 6.0, -1.0 / 6.0, -1.0 / 6.0],
+    [-1.0 / 6.0, 1.0 / 6.0, -1.0 / 6.0],
+    [1.0 / 24.0, 1.0 / 12.0, 1.0 / 6.0],
+    [1.0 / 24.0, -1.0 / 12.0, 1.0 / 6.0],
+    [0.0, 0.0, 1.0],
+];
+
+/// G g Gᵀ: what a filter of 3x3 taps becomes.
+pub(super) fn filter(taps: &[f32; 9]) -> [f32; PRODUCTS] {
+    let mut out = [0.0; PRODUCTS];
+    for (i, row) in TAPS_AT_POINTS.iter().enumerate() {
+        for (j, column) in TAPS_AT_POINTS.iter().enumerate() {
+            let of = |y: usize, x: usize| row[y] * f64::from(taps[3 * y + x]) * column[x];
+            out[IN * i + j] = (0..9).map(|t| of(t / 3, t % 3)).sum::<f64>() as f32;
+        }
+    }
+    out
+}
+
+/// Bᵀ d: a line of inputs at every point.
+#[inline(always)]
+pub(super) fn input<S: Simd>(simd: S, d: [S::V; IN]) -> [S::V; IN] {
+    let plus = |a, factor: f32, b| simd.mul_add(simd.splat(factor), b, a);
+    let (even, odd) = (plus(d[4], -4.0, d[2]), plus(d[3], -4.0, d[1]));
+    let (far, near) = (plus(d[4], -1.0, d[2]), plus(d[3], -1.0, d[1]));
+    [
+        plus(plus(d[4], -5.0, d[2]), 4.0, d[0]),
+        simd.add(even, odd),
+        plus(even, -1.0, odd),
+        plus(far, 2.0, near),
+        plus(far, -2.0, near),
+        plus(plus(d[5], -5.0, d[3]), 4.0, d[1]),
+    ]
+}
+
+/// Aᵀ m: a line of outputs from the products at every point.
+#[inline(always)]
+pub(super) fn output<S: Simd>(simd: S, m: [S::V; IN]) -> [S::V; OUT] {
+    let plus = |a, factor: f32, b| simd.mul_add(simd.splat(factor), b, a);
+    let (even, odd) = (simd.add(m[1], m[2]), plus(m[1], -1.0, m[2]));
+    let (far_even, far_odd) = (simd.add(m[3], m[4]), plus(m[3], -1.0, m[4]));
+    [
+        simd.add(simd.add(m[0], even), far_even),
+        plus(odd, 2.0, far_odd),
+        plus(even, 4.0, far_even),
+        simd.add(plus(odd, 8.0, far_odd), m[5]),
+    ]
+}
