@@ -59,6 +59,7 @@ fn a_configuration_is_a_network() {
         ("bench --config none.json", "none.json"),
         ("export --config training.json alone.json --onnx x.onnx", "cannot be used with"),
         ("bench --methods some", "all"),
+        ("bench --precision f8", "f32, bf16 or int8"),
         ("bench --ops --classic ssao", "cannot be used with"),
     ] {
         let output = run(dir, line);
@@ -69,6 +70,22 @@ fn a_configuration_is_a_network() {
     let stderr = run(dir, "export --config wrong.json --onnx x.onnx").stderr;
     let stderr = String::from_utf8_lossy(&stderr).into_owned();
     assert!(stderr.contains("wrong.json") && stderr.contains("patch"), "{stderr}");
+}
+
+#[test]
+fn every_precision_of_the_machine_has_its_rows() {
+    let dir = desk();
+    let precisions: Vec<_> = aonet::net::cpu::Precision::available().map(|p| p.to_string()).collect();
+    let flags: String = precisions.iter().map(|p| format!(" --precision {p}")).collect();
+    let line =
+        format!("bench --config alone.json --classic ssao --size 64x64 --threads 1 --runs 1 --json{flags}");
+    let bench = json(dir.path(), &line);
+    let of = |method: &str| {
+        let rows = bench["timings"].as_array().unwrap().iter().filter(|row| row["method"] == method);
+        rows.map(|row| row["precision"].clone()).collect::<Vec<_>>()
+    };
+    assert_eq!(of("alone"), precisions);
+    assert_eq!(of("ssao"), [Value::Null]);
 }
 
 #[test]
@@ -101,5 +118,5 @@ fn every_step_stands_beside_its_floor() {
     let shares: f64 = ops.iter().map(|op| op["share"].as_f64().unwrap()).sum();
     assert!((shares - 1.0).abs() < 1e-9, "{shares}");
     let text = ok(dir.path(), "bench --config alone.json --ops --size 128x64 --threads 1 --runs 3");
-    assert!(text.contains("GFLOP/s f32, copy") && text.contains("frame "), "{text}");
+    assert!(text.contains("GFLOP/s, copy") && text.contains("frame "), "{text}");
 }

@@ -6,7 +6,7 @@ mod table;
 
 use crate::{output, setup};
 use anyhow::Result;
-use aonet::net::cpu::Level;
+use aonet::net::cpu::{Level, Options, Precision};
 use aonet_offline::timing;
 use clap::Parser;
 use std::path::PathBuf;
@@ -46,6 +46,10 @@ pub(crate) struct Args {
     /// Threads; may be repeated [default: 1 and all cores].
     #[arg(long)]
     threads: Vec<usize>,
+    /// Numbers that networks multiply, f32, bf16 or int8; may be repeated. A network that is not calibrated is, on the timed
+    /// frame: for times only [default: f32].
+    #[arg(long)]
+    precision: Vec<Precision>,
     /// Counted runs, after the first.
     #[arg(long, default_value_t = 15)]
     runs: usize,
@@ -89,6 +93,19 @@ impl Args {
         threads.dedup();
         threads
     }
+
+    fn precisions(&self) -> Vec<Precision> {
+        if self.precision.is_empty() { vec![Precision::F32] } else { self.precision.clone() }
+    }
+
+    /// Every precision with every number of threads.
+    fn options(&self) -> Vec<Options> {
+        let options = |precision| {
+            let with_threads = move |threads| Options { threads, precision, ..Options::default() };
+            self.threads().into_iter().map(with_threads)
+        };
+        self.precisions().into_iter().flat_map(options).collect()
+    }
 }
 
 /// What the times belong to.
@@ -97,6 +114,6 @@ fn machine() -> String {
 }
 
 /// Says on stderr what is measured now: a table of all methods takes minutes.
-fn progress(name: &str, (width, height): (usize, usize), threads: usize) {
-    output::note(&format!("{name} {width}x{height}, threads: {threads}"));
+fn progress(name: &str, (width, height): (usize, usize), options: Options) {
+    output::note(&format!("{name} {width}x{height}, {}, threads: {}", options.precision, options.threads));
 }

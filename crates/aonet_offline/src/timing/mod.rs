@@ -13,14 +13,16 @@ pub use peaks::Peaks;
 use crate::{Error, Result};
 use aonet::classic::Classic;
 use aonet::net::Model;
-use aonet::net::cpu::Session;
+use aonet::net::cpu::{Options, Precision, Session};
+use aonet::net::model::Ranges;
 use aonet::{AoImage, AoParams, Camera, GBuffer, Projection};
 use glam::Vec3;
 use rayon::ThreadPool;
+use serde::Serialize;
 use std::time::Instant;
 
 /// Run-time of a method at one size.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Times {
     /// Median of the runs [ms].
     pub median_ms: f64,
@@ -48,14 +50,18 @@ impl Times {
 /// The radius of every timed frame [world units]; the frame's depth is about 3.
 const PARAMS: AoParams = AoParams { radius: 0.5 };
 
+/// Of the frame of [`calibrated`] (width, height) [px].
+const CALIBRATION_SIZE: (usize, usize) = (256, 128);
+
 /// Times `runs` runs (at least one) of `model` on a synthetic frame of `size` (width, height) [px], after a first one.
 ///
 /// # Errors
-/// When a side is out of range, or `threads` is 0 or cannot be started.
-pub fn time(model: &Model, size: (usize, usize), threads: usize, runs: usize) -> Result<Times> {
+/// When a side is out of range, the threads are none or cannot be started, the machine does not have the instructions, or the
+/// model does not know the ranges that integers need: see [`calibrated`].
+pub fn time(model: &Model, size: (usize, usize), options: Options, runs: usize) -> Result<Times> {
     let (gbuffer, mut image) = (bump(size.0, size.1)?, AoImage::open(size.0, size.1)?);
     let start = Instant::now();
-    let mut session = Session::new(model, size.0, size.1, threads)?;
+    let mut session = Session::with_options(model, size, options)?;
     session.run(&gbuffer, PARAMS, &mut image)?;
     let first_ms = ms_since(start);
     let (mut times_ms, mut features_ms) = (Vec::with_capacity(runs), Vec::with_capacity(runs));
@@ -101,9 +107,9 @@ pub fn pool(threads: usize) -> Result<ThreadPool> {
 ///
 /// # Errors
 /// As [`time`].
-pub fn time_steps(model: &Model, size: (usize, usize), threads: usize, runs: usize) -> Result<Vec<f64>> {
+pub fn time_steps(model: &Model, size: (usize, usize), options: Options, runs: usize) -> Result<Vec<f64>> {
     let (gbuffer, mut image) = (bump(size.0, size.1)?, AoImage::open(size.0, size.1)?);
-    let mut session = Session::new(model, size.0, size.1, threads)?;
+    let mut session = Session::with_options(model, size, options)?;
     session.run(&gbuffer, PARAMS, &mut image)?;
     let mut by_step: Vec<Vec<f64>> = vec![Vec::with_capacity(runs); session.plan().steps.len()];
     for _ in 0..runs.max(1) {
@@ -115,6 +121,22 @@ pub fn time_steps(model: &Model, size: (usize, usize), threads: usize, runs: usi
         })?;
     }
     Ok(by_step.iter_mut().map(|times| median(times)).collect())
+}
+
+/// A model that integers can be used with. One that does not know its ranges gets those of a synthetic frame: good enough for
+/// times, not for images.
+///
+/// # Errors
+/// When there is not enough memory.
+pub fn calibrated(model: Model, precision: Precision) -> Result<Model> {
+    if precision != Precision::Int8 || model.ranges().is_some() {
+        return Ok(model);
+    }
+    let (width, height) = CALIBRATION_SIZE;
+    let (gbuffer, mut image) = (bump(width, height)?, AoImage::open(width, height)?);
+    let mut ranges = Ranges::new();
+    Session::new(&model, width, height, 1)?.calibrate(&gbuffer, PARAMS, &mut image, &mut ranges)?;
+    Ok(model.with_ranges(ranges)?)
 }
 
 fn ms_since(start: Instant) -> f64 {
@@ -162,19 +184,34 @@ mod tests {
     #[test]
     fn every_step_has_its_own_time() {
         let model = model(ModelConfig { encoder: vec![16, 16], decoder: vec![16], ..ModelConfig::paper() });
+        let options = Options::default();
         // Whatever else the machine does, the steps of one run do not take longer than the whole call.
         let start = Instant::now();
-        let steps = time_steps(&model, (320, 200), 1, 1).unwrap();
+        let steps = time_steps(&model, (320, 200), options, 1).unwrap();
         let whole_ms = start.elapsed().as_secs_f64() * 1e3;
         // Features, six convolutions, head.
         assert_eq!(steps.len(), 8);
         assert!(steps.iter().all(|ms| *ms > 0.0), "{steps:?}");
         assert!(steps.iter().sum::<f64>() < whole_ms, "{steps:?} in {whole_ms}");
-        let times = time(&model, (320, 200), 1, 3).unwrap();
+        let times = time(&model, (320, 200), options, 3).unwrap();
         assert!(times.min_ms > 0.0 && times.min_ms <= times.median_ms && times.median_ms <= times.max_ms);
         assert!(times.first_ms > 0.0 && times.session_bytes > 320 * 200);
         assert!(times.features_ms > 0.0 && times.features_ms < times.median_ms);
-        assert!(time(&model, (320, 200), 0, 1).is_err() && time_steps(&model, (0, 8), 1, 1).is_err());
+        let none = Options { threads: 0, ..options };
+        assert!(
+            time(&model, (320, 200), none, 1).is_err() && time_steps(&model, (0, 8), options, 1).is_err()
+        );
+    }
+
+    #[test]
+    fn every_precision_of_the_machine_can_be_timed() {
+        for precision in Precision::available() {
+            let small = ModelConfig { encoder: vec![16, 16], decoder: vec![16], ..ModelConfig::paper() };
+            let model = calibrated(model(small), precision).unwrap();
+            assert_eq!(model.ranges().is_some(), precision == Precision::Int8);
+            let options = Options { precision, ..Options::default() };
+            assert!(time(&model, (320, 200), options, 1).unwrap().median_ms > 0.0);
+        }
     }
 
     #[test]

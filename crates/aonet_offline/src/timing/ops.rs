@@ -2,6 +2,7 @@
 
 use super::time_steps;
 use crate::Result;
+use aonet::net::cpu::Options;
 use aonet::net::graph::TAPS;
 use aonet::net::plan::{BufferId, Plan, Resample, Source, Step};
 use aonet::net::{KernelWeights, Model};
@@ -45,9 +46,9 @@ pub struct OpTime {
 ///
 /// # Errors
 /// As [`super::time`].
-pub fn time_ops(model: &Model, size: (usize, usize), threads: usize, runs: usize) -> Result<Vec<OpTime>> {
+pub fn time_ops(model: &Model, size: (usize, usize), options: Options, runs: usize) -> Result<Vec<OpTime>> {
     let plan = Plan::new(model.graph(), size.0, size.1)?;
-    let times = time_steps(model, size, threads, runs)?;
+    let times = time_steps(model, size, options, runs)?;
     let with_time = |(step, median_ms)| OpTime { cost: cost((model, &plan), step), median_ms };
     Ok(plan.steps.iter().zip(times).map(with_time).collect())
 }

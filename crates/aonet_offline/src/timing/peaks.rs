@@ -1,14 +1,10 @@
 //! What this machine can do at most, measured: multiplications, and copies beyond the caches.
 
 use crate::Result;
-use aonet::net::cpu::{Isa, Kernel, Level, Simd};
+use aonet::net::cpu::{Options, multiply_add};
 use std::hint::black_box;
 use std::sync::Barrier;
 use std::time::Instant;
-
-/// Sums that do not wait for one another: as many as hide the latency of a multiplication (4 cycles, two a cycle at most)
-/// and leave registers for the operands at every level.
-const SUMS: usize = 12;
 
 /// Multiplications of each sum in a round: some 10 ms.
 const MULTIPLICATIONS: u32 = 1 << 21;
@@ -22,24 +18,22 @@ const ROUNDS: usize = 7;
 /// Peaks of some threads of this machine.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Peaks {
-    /// Multiply-adds of f32 in registers, two operations each [GFLOP/s].
+    /// Multiply-adds in registers, two operations each [GFLOP/s].
     pub gflop_per_s: f64,
     /// Bytes read plus bytes written by a copy in main memory [GB/s].
     pub copy_gb_per_s: f64,
 }
 
 impl Peaks {
-    /// Measures `threads` threads with the vector instructions of `level`.
+    /// Measures the threads, instructions and precision of these options.
     ///
     /// # Errors
-    /// When the machine does not have them.
-    pub fn measure(level: Level, threads: usize) -> Result<Self> {
-        let isa = Isa::new(level)?;
-        let multiply = |_: &mut ()| {
-            let mut flop = 0.0;
-            isa.run(Multiply { flop: &mut flop });
-            flop
-        };
+    /// When the machine does not have the instructions.
+    pub fn measure(options: Options) -> Result<Self> {
+        let threads = options.threads.max(1);
+        // What the machine does not have is found out here; the rounds leave nothing to fail.
+        multiply_add(options, 1)?;
+        let multiply = |_: &mut ()| multiply_add(options, MULTIPLICATIONS).unwrap_or(0.0);
         let gflop_per_s = best(vec![(); threads], &multiply);
         let values = COPIED / threads;
         let copy = |(from, to): &mut (Vec<f32>, Vec<f32>)| {
@@ -71,40 +65,14 @@ fn best<T: Send>(mut states: Vec<T>, work: &(dyn Fn(&mut T) -> f64 + Sync)) -> f
     })
 }
 
-/// Multiplies and adds in registers; counts the operations.
-struct Multiply<'a> {
-    flop: &'a mut f64,
-}
-
-impl Kernel for Multiply<'_> {
-    #[inline(always)]
-    fn run<S: Simd>(self, simd: S) {
-        let (factor, term) = (simd.splat(black_box(0.5)), simd.splat(black_box(0.5)));
-        // Different values, unknown to the compiler: equal sums would be one.
-        let mut sums = [simd.splat(0.0); SUMS];
-        for (i, sum) in sums.iter_mut().enumerate() {
-            *sum = simd.splat(black_box(i as f32));
-        }
-        for _ in 0..MULTIPLICATIONS {
-            for sum in &mut sums {
-                *sum = simd.mul_add(*sum, factor, term);
-            }
-        }
-        let mut last = vec![0.0; S::LANES];
-        for sum in sums {
-            simd.store(sum, black_box(&mut last));
-        }
-        *self.flop = f64::from(MULTIPLICATIONS) * (2 * SUMS * S::LANES) as f64;
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use aonet::net::cpu::Level;
 
     #[test]
     fn peaks_are_those_of_a_computer() {
-        let peaks = Peaks::measure(Level::Portable, 1).unwrap();
+        let peaks = Peaks::measure(Options { level: Level::Portable, ..Options::default() }).unwrap();
         // A processor with SSE2 does more than this per cycle at 0.2 GHz, and none has a thousand GFLOP/s a core.
         assert!((0.5..2000.0).contains(&peaks.gflop_per_s), "{peaks:?}");
         assert!((0.2..2000.0).contains(&peaks.copy_gb_per_s), "{peaks:?}");

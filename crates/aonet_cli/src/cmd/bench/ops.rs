@@ -4,11 +4,10 @@ use super::subject::{Method, Subject};
 use super::{Args, machine, progress};
 use crate::output::{self, Style, number, table};
 use anyhow::Result;
-use aonet::net::cpu::Level;
+use aonet::net::cpu::Options;
 use aonet_offline::timing::{self, OpTime, Peaks};
 use serde::Serialize;
 use serde_json::json;
-use std::collections::BTreeMap;
 
 /// The steps of one network at one size.
 #[derive(Debug, Serialize)]
@@ -17,6 +16,7 @@ struct Steps {
     width: usize,
     height: usize,
     threads: usize,
+    precision: String,
     gflop_per_s: f64,
     copy_gb_per_s: f64,
     ops: Vec<Row>,
@@ -37,19 +37,19 @@ struct Row {
 
 /// Measures and prints.
 pub(super) fn run(args: &Args, subjects: &[Subject]) -> Result<()> {
-    let mut peaks = BTreeMap::new();
-    for threads in args.threads() {
-        output::note(&format!("peaks of {threads} threads"));
-        peaks.insert(threads, Peaks::measure(Level::best(), threads)?);
-    }
+    let peaks = |options: Options| {
+        output::note(&format!("peaks of {}, threads: {}", options.precision, options.threads));
+        Ok((options, Peaks::measure(options)?))
+    };
+    let peaks = args.options().into_iter().map(peaks).collect::<Result<Vec<_>>>()?;
     let mut all = Vec::new();
     for subject in subjects {
-        let Method::Network(model) = &subject.load()? else { continue };
+        let Method::Network(model) = &subject.load(args)? else { continue };
         for size in args.sizes() {
-            for (&threads, peaks) in &peaks {
-                progress(&subject.name, size, threads);
-                let ops = timing::time_ops(model, size, threads, args.runs)?;
-                all.push(steps((&subject.name, size, threads), ops, *peaks));
+            for &(options, peaks) in &peaks {
+                progress(&subject.name, size, options);
+                let ops = timing::time_ops(model, size, options, args.runs)?;
+                all.push(steps((&subject.name, size), ops, (options, peaks)));
             }
         }
     }
@@ -69,9 +69,9 @@ pub(super) fn run(args: &Args, subjects: &[Subject]) -> Result<()> {
 }
 
 fn steps(
-    (network, (width, height), threads): (&str, (usize, usize), usize),
+    (network, (width, height)): (&str, (usize, usize)),
     ops: Vec<OpTime>,
-    peaks: Peaks,
+    (options, peaks): (Options, Peaks),
 ) -> Steps {
     let frame_ms: f64 = ops.iter().map(|op| op.median_ms).sum();
     let row = |op: OpTime| {
@@ -85,7 +85,8 @@ fn steps(
         network: network.to_owned(),
         width,
         height,
-        threads,
+        threads: options.threads,
+        precision: options.precision.to_string(),
         gflop_per_s: peaks.gflop_per_s,
         copy_gb_per_s: peaks.copy_gb_per_s,
         ops: ops.into_iter().map(row).collect(),
@@ -93,9 +94,9 @@ fn steps(
 }
 
 fn text(steps: &Steps) -> String {
-    let Steps { network, width, height, threads, gflop_per_s, copy_gb_per_s, ops } = steps;
+    let Steps { network, width, height, threads, precision, gflop_per_s, copy_gb_per_s, ops } = steps;
     let title = format!(
-        "{network}, {width}x{height}, {threads} threads; peaks: {gflop_per_s:.0} GFLOP/s f32, copy {copy_gb_per_s:.1} GB/s"
+        "{network}, {width}x{height}, threads: {threads}, {precision}; peaks: {gflop_per_s:.0} GFLOP/s, copy {copy_gb_per_s:.1} GB/s"
     );
     let header = "step|kind|channels|output|ms|share %|GFLOP|GFLOP/s|MB|FLOP floor ms|byte floor ms|ms/floor";
     let header: Vec<_> = header.split('|').collect();

@@ -4,7 +4,8 @@ use super::Args;
 use crate::setup;
 use anyhow::{Context, Result};
 use aonet::classic::Classic;
-use aonet::net::{Model, ModelConfig, shipped};
+use aonet::net::{Model, ModelConfig};
+use aonet_offline::timing;
 use std::path::{Path, PathBuf};
 
 /// Networks beside the one in the program, for those who run it in the project's folder.
@@ -20,7 +21,8 @@ pub(super) struct Subject {
 
 #[derive(Debug)]
 enum Source {
-    Shipped(&'static [u8]),
+    /// The program's own. Only one place may ask for its bytes: each would get a copy.
+    Shipped,
     File(PathBuf),
     Config(PathBuf),
     Classic(Classic),
@@ -33,15 +35,28 @@ pub(super) enum Method {
     Classic(Classic),
 }
 
+impl Method {
+    /// In how many precisions it can run: classic methods in one.
+    pub(super) fn precisions(&self) -> usize {
+        match self {
+            Self::Network(_) => usize::MAX,
+            Self::Classic(_) => 1,
+        }
+    }
+}
+
 impl Subject {
-    /// The method.
-    pub(super) fn load(&self) -> Result<Method> {
-        let model = match &self.source {
-            Source::Shipped(bytes) => Model::from_bytes(bytes).context("a shipped network")?,
+    /// The method, ready for the precisions of the arguments.
+    pub(super) fn load(&self, args: &Args) -> Result<Method> {
+        let mut model = match &self.source {
+            Source::Shipped => setup::model(None)?,
             Source::File(path) => setup::model(Some(path))?,
             Source::Config(path) => setup::untrained(path)?,
             Source::Classic(method) => return Ok(Method::Classic(*method)),
         };
+        for precision in args.precisions() {
+            model = timing::calibrated(model, precision)?;
+        }
         Ok(Method::Network(Box::new(model)))
     }
 }
@@ -49,7 +64,7 @@ impl Subject {
 /// The methods that the arguments ask for.
 pub(super) fn collect(args: &Args) -> Result<Vec<Subject>> {
     let all = args.methods.is_some();
-    let mut subjects = if all { networks()? } else { Vec::new() };
+    let mut subjects = if all { networks(args)? } else { Vec::new() };
     let named = |path: &PathBuf, source: fn(PathBuf) -> Source| Subject {
         name: setup::name_of(path),
         source: source(path.clone()),
@@ -61,22 +76,21 @@ pub(super) fn collect(args: &Args) -> Result<Vec<Subject>> {
         subjects.push(Subject { name, source: Source::Classic(method) });
     }
     if subjects.is_empty() {
-        let source = Source::Shipped(shipped::ANY_RADIUS);
-        subjects.push(Subject { name: "any_radius".to_owned(), source });
+        subjects.push(Subject { name: "any_radius".to_owned(), source: Source::Shipped });
     }
     Ok(subjects)
 }
 
 /// The networks that come with the project, one of each configuration: weights do not change a time.
-fn networks() -> Result<Vec<Subject>> {
-    let own = Subject { name: "any_radius".to_owned(), source: Source::Shipped(shipped::ANY_RADIUS) };
+fn networks(args: &Args) -> Result<Vec<Subject>> {
+    let own = Subject { name: "any_radius".to_owned(), source: Source::Shipped };
     let paper = Some(PathBuf::from(PAPER)).filter(|path| path.is_file());
     let files = paper.into_iter().chain(rows()?);
     let files = files.map(|path| Subject { name: setup::name_of(&path), source: Source::File(path) });
     let mut known: Vec<ModelConfig> = Vec::new();
     let mut subjects = Vec::new();
     for subject in [own].into_iter().chain(files) {
-        let Method::Network(model) = subject.load()? else { continue };
+        let Method::Network(model) = subject.load(args)? else { continue };
         if !known.contains(model.config()) {
             known.push(model.config().clone());
             subjects.push(subject);

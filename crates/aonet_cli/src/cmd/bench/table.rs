@@ -6,6 +6,7 @@ use crate::output::{self, Style, number, table};
 use crate::setup;
 use anyhow::Result;
 use aonet::net::Model;
+use aonet::net::cpu::{Options, Precision};
 use aonet_offline::timing::{self, Times};
 use serde::Serialize;
 use serde_json::{Value, json};
@@ -18,20 +19,16 @@ struct Row {
     width: usize,
     height: usize,
     threads: usize,
-    median_ms: f64,
-    min_ms: f64,
-    max_ms: f64,
-    /// Making a session and its first image.
-    first_ms: f64,
-    /// The first step of a network.
-    features_ms: Option<f64>,
+    /// Of a network.
+    precision: Option<String>,
+    #[serde(flatten)]
+    times: Times,
     /// The time with the first number of threads over this one.
     scaling: f64,
     gflop: Option<f64>,
     gflop_per_s: Option<f64>,
     /// Taps a pixel of a classic method, without its filter's.
     taps: Option<u32>,
-    session_mib: Option<f64>,
     peak_mib: Option<f64>,
 }
 
@@ -39,15 +36,11 @@ struct Row {
 pub(super) fn run(args: &Args, subjects: &[Subject]) -> Result<()> {
     let (mut rows, mut networks) = (Vec::new(), Vec::new());
     for subject in subjects {
-        let method = (subject.name.as_str(), &subject.load()?);
+        let method = (subject.name.as_str(), &subject.load(args)?);
         networks.extend(facts(method));
         for size in args.sizes() {
-            let mut reference_ms = None;
-            for threads in args.threads() {
-                progress(&subject.name, size, threads);
-                let row = measure(method, size, (threads, args.runs))?;
-                let scaling = *reference_ms.get_or_insert(row.median_ms) / row.median_ms;
-                rows.push(Row { scaling, ..row });
+            for precision in args.precisions().iter().take(method.1.precisions()) {
+                rows.extend(by_threads(method, size, (*precision, args))?);
             }
         }
     }
@@ -66,44 +59,56 @@ fn facts((name, method): (&str, &Method)) -> Option<Value> {
     Some(json!({ "name": name, "config": config, "macs_per_pixel": macs, "parameters": parameters }))
 }
 
-fn measure(of: (&str, &Method), size: (usize, usize), (threads, runs): (usize, usize)) -> Result<Row> {
-    let (name, method) = of;
+/// A row for each number of threads.
+fn by_threads(
+    method: (&str, &Method),
+    size: (usize, usize),
+    (precision, args): (Precision, &Args),
+) -> Result<Vec<Row>> {
+    let mut rows: Vec<Row> = Vec::new();
+    for threads in args.threads() {
+        let options = Options { threads, precision, ..Options::default() };
+        progress(method.0, size, options);
+        let row = measure(method, size, (options, args.runs))?;
+        let scaling = rows.first().map_or(1.0, |first| first.times.median_ms / row.times.median_ms);
+        rows.push(Row { scaling, ..row });
+    }
+    Ok(rows)
+}
+
+fn measure(of: (&str, &Method), size: (usize, usize), (options, runs): (Options, usize)) -> Result<Row> {
+    let ((name, method), threads) = (of, options.threads);
     timing::reset_peak();
     Ok(match method {
         Method::Network(model) => {
-            let times = timing::time(model, size, threads, runs)?;
+            let times = timing::time(model, size, options, runs)?;
             let gflop = gflop(model, size);
             Row {
-                features_ms: Some(times.features_ms),
+                precision: Some(options.precision.to_string()),
                 gflop: Some(gflop),
                 gflop_per_s: Some(1e3 * gflop / times.median_ms),
-                session_mib: Some(times.session_bytes as f64 / MIB),
-                ..row(name, size, (threads, &times))
+                ..row(name, size, (threads, times))
             }
         }
         Method::Classic(method) => {
             let times = timing::time_classic(method, size, &setup::pool(Some(threads))?, runs)?;
-            Row { taps: Some(method.taps()), ..row(name, size, (threads, &times)) }
+            Row { taps: Some(method.taps()), ..row(name, size, (threads, times)) }
         }
     })
 }
 
-fn row(name: &str, (width, height): (usize, usize), (threads, times): (usize, &Times)) -> Row {
+fn row(name: &str, (width, height): (usize, usize), (threads, times): (usize, Times)) -> Row {
     Row {
         method: name.to_owned(),
         width,
         height,
         threads,
-        median_ms: times.median_ms,
-        min_ms: times.min_ms,
-        max_ms: times.max_ms,
-        first_ms: times.first_ms,
-        features_ms: None,
+        precision: None,
+        times,
         scaling: 1.0,
         gflop: None,
         gflop_per_s: None,
         taps: None,
-        session_mib: None,
         peak_mib: timing::peak_mib(),
     }
 }
@@ -116,22 +121,24 @@ fn gflop(model: &Model, (width, height): (usize, usize)) -> f64 {
 }
 
 fn text(rows: &[Row]) -> String {
-    let header = "method|size|threads|median ms|min..max ms|scaling|first ms|ns/px|taps|GFLOP|GFLOP/s|session MiB|peak MiB";
+    let header = "method|size|threads|precision|median ms|min..max ms|scaling|first ms|ns/px|taps|GFLOP|GFLOP/s|session MiB|peak MiB";
     let header: Vec<_> = header.split('|').collect();
     let cells = |r: &Row| {
+        let session_mib = r.gflop.map(|_| r.times.session_bytes as f64 / MIB);
         vec![
             r.method.clone(),
             format!("{}x{}", r.width, r.height),
             r.threads.to_string(),
-            number(r.median_ms, 1),
-            format!("{:.1}..{:.1}", r.min_ms, r.max_ms),
+            r.precision.clone().unwrap_or_else(|| "f32".to_owned()),
+            number(r.times.median_ms, 1),
+            format!("{:.1}..{:.1}", r.times.min_ms, r.times.max_ms),
             number(r.scaling, 2),
-            number(r.first_ms, 1),
-            number(1e6 * r.median_ms / (r.width * r.height) as f64, 1),
+            number(r.times.first_ms, 1),
+            number(1e6 * r.times.median_ms / (r.width * r.height) as f64, 1),
             number(r.taps.map(f64::from), 0),
             number(r.gflop, 1),
             number(r.gflop_per_s, 0),
-            number(r.session_mib, 1),
+            number(session_mib, 1),
             number(r.peak_mib, 0),
         ]
     };
