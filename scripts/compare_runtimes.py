@@ -94,7 +94,7 @@ def aonet_image(options, model, frame, precision, folder):
     words += ["--precision", precision] if precision != "f32" else []
     done = subprocess.run([str(word) for word in words], capture_output=True, text=True)
     if done.returncode:
-        print(f"aonet {precision}: no error is measured: {done.stderr.strip()}")
+        print(f"{done.stderr.strip().splitlines()[-1]}: no error of {precision} is measured")
         return None
     return np.asarray(Image.open(target)).astype(np.float32) / 65535.0
 
@@ -106,7 +106,7 @@ def aonet_precisions(options, model):
         words = [*model_words(model), "--size", "64x64", "--threads", "1", "--runs", "1", "--precision", precision]
         done = subprocess.run([options.aonet, "bench", *words], capture_output=True, text=True)
         if done.returncode:
-            print(f"aonet {precision}: {done.stderr.strip()}, left out")
+            print(f"{done.stderr.strip().splitlines()[-1]}, {precision} left out")
         else:
             found.append(precision)
     return found
