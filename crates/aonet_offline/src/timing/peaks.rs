@@ -6,14 +6,14 @@ use std::hint::black_box;
 use std::sync::Barrier;
 use std::time::Instant;
 
-/// Multiplications of each sum in a round: some 10 ms.
-const MULTIPLICATIONS: u32 = 1 << 21;
+/// Multiplications of each sum in a round: a few milliseconds, of which one will not be disturbed.
+const MULTIPLICATIONS: u32 = 1 << 20;
 
 /// Values that a round copies, all threads together: source and target are larger than the caches of most machines.
 const COPIED: usize = 48 << 20;
 
-/// Rounds, of which the best counts.
-const ROUNDS: usize = 7;
+/// Rounds, of which the best counts: of multiplications, and of copies.
+const ROUNDS: [usize; 2] = [30, 9];
 
 /// Peaks of some threads of this machine.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -34,7 +34,7 @@ impl Peaks {
         // What the machine does not have is found out here; the rounds leave nothing to fail.
         multiply_add(options, 1)?;
         let multiply = |_: &mut ()| multiply_add(options, MULTIPLICATIONS).unwrap_or(0.0);
-        let gflop_per_s = best(vec![(); threads], &multiply);
+        let gflop_per_s = best(vec![(); threads], ROUNDS[0], &multiply);
         let values = COPIED / threads;
         let copy = |(from, to): &mut (Vec<f32>, Vec<f32>)| {
             to.copy_from_slice(black_box(from));
@@ -42,12 +42,12 @@ impl Peaks {
             (2 * size_of::<f32>() * to.len()) as f64
         };
         let buffers = (0..threads).map(|i| (vec![i as f32 + 1.0; values], vec![1.0; values])).collect();
-        Ok(Self { gflop_per_s, copy_gb_per_s: best(buffers, &copy) })
+        Ok(Self { gflop_per_s, copy_gb_per_s: best(buffers, ROUNDS[1], &copy) })
     }
 }
 
-/// The best rate of [`ROUNDS`] rounds [1e9/s] of what `work` says that it did, by one thread for each of `states`.
-fn best<T: Send>(mut states: Vec<T>, work: &(dyn Fn(&mut T) -> f64 + Sync)) -> f64 {
+/// The best rate of some rounds [1e9/s] of what `work` says that it did, by one thread for each of `states`.
+fn best<T: Send>(mut states: Vec<T>, rounds: usize, work: &(dyn Fn(&mut T) -> f64 + Sync)) -> f64 {
     let barrier = Barrier::new(states.len());
     let round = |state: &mut T| {
         barrier.wait();
@@ -57,11 +57,11 @@ fn best<T: Send>(mut states: Vec<T>, work: &(dyn Fn(&mut T) -> f64 + Sync)) -> f
         barrier.wait();
         done / start.elapsed().as_secs_f64() / 1e9
     };
-    let rounds = |state: &mut T| -> Vec<f64> { (0..ROUNDS).map(|_| round(state)).collect() };
+    let all = |state: &mut T| -> Vec<f64> { (0..rounds).map(|_| round(state)).collect() };
     std::thread::scope(|scope| {
-        let threads: Vec<_> = states.iter_mut().map(|state| scope.spawn(|| rounds(state))).collect();
+        let threads: Vec<_> = states.iter_mut().map(|state| scope.spawn(|| all(state))).collect();
         let rates: Vec<_> = threads.into_iter().map(|t| t.join().expect("a round does not panic")).collect();
-        (0..ROUNDS).map(|i| rates.iter().map(|rates| rates[i]).sum()).fold(0.0, f64::max)
+        (0..rounds).map(|i| rates.iter().map(|rates| rates[i]).sum()).fold(0.0, f64::max)
     })
 }
 
@@ -85,7 +85,7 @@ mod tests {
             1e9
         };
         // One of the two sleeps longer: both have then done 1e9 in its time.
-        let rate = best(vec![1, 20], &sleep);
+        let rate = best(vec![1, 20], 3, &sleep);
         assert!(rate > 1.0 && rate <= 2.0 / 0.020, "{rate}");
     }
 }
