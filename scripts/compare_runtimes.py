@@ -14,7 +14,7 @@ G-buffer, with horizon search and features. `aonet, network only`: the same less
 patches, which the others do inside their call and which takes a few milliseconds.
 
 Frames are rendered from procedural scenes: four to calibrate 8-bit forms, another one to measure errors, which are differences
-of visibility on its foreground from the first f32 runtime that ran. A network without kernels (such as
+of visibility on its foreground from the first f32 runtime that ran (ours by way of a 16-bit image: 8e-6 are lost). A network without kernels (such as
 assets/weights/rows/base_patch.safetensors) shows what convolutions alone are worth: its table says so.
 """
 import argparse
@@ -44,6 +44,12 @@ def run(*command):
     if done.returncode:
         raise SystemExit(f"{' '.join(map(str, command))}: {done.stderr.strip()}")
     return done.stdout
+
+
+def reason(done):
+    """Why our program could not, without its news."""
+    lines = done.stderr.strip().splitlines()
+    return next((line for line in lines if line.startswith(("aonet:", "error:"))), lines[-1] if lines else "no reason")
 
 
 def model_words(model, positional=False):
@@ -94,7 +100,7 @@ def aonet_image(options, model, frame, precision, folder):
     words += ["--precision", precision] if precision != "f32" else []
     done = subprocess.run([str(word) for word in words], capture_output=True, text=True)
     if done.returncode:
-        print(f"{done.stderr.strip().splitlines()[-1]}: no error of {precision} is measured")
+        print(f"{reason(done)}: no error of {precision} is measured")
         return None
     return np.asarray(Image.open(target)).astype(np.float32) / 65535.0
 
@@ -106,7 +112,7 @@ def aonet_precisions(options, model):
         words = [*model_words(model), "--size", "64x64", "--threads", "1", "--runs", "1", "--precision", precision]
         done = subprocess.run([options.aonet, "bench", *words], capture_output=True, text=True)
         if done.returncode:
-            print(f"{done.stderr.strip().splitlines()[-1]}, {precision} left out")
+            print(f"{reason(done)}, {precision} left out")
         else:
             found.append(precision)
     return found
