@@ -6,6 +6,7 @@
 use serde_json::Value;
 use std::path::Path;
 use std::process::Command;
+use std::sync::{Mutex, PoisonError};
 
 /// Most memory of the process with frame and parameters at 1280x720 [MiB].
 const PEAK_MIB: f64 = 100.0;
@@ -13,6 +14,9 @@ const PEAK_MIB: f64 = 100.0;
 const START_MS: f64 = 30.0;
 /// Largest program of the profile `dist`, without training [bytes].
 const PROGRAM_BYTES: u64 = 8_000_000;
+
+/// Held while a test measures: others would take the machine from it.
+static ALONE: Mutex<()> = Mutex::new(());
 
 fn json(folder: &Path, line: &str) -> Value {
     let mut command = Command::new(env!("CARGO_BIN_EXE_aonet"));
@@ -37,6 +41,7 @@ fn desk() -> tempfile::TempDir {
 #[test]
 #[cfg_attr(debug_assertions, ignore = "holds for the release build")]
 fn frames_of_720p_need_little_memory() {
+    let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
     let desk = desk();
     for network in ["any_radius", "paper"] {
         for line in ["infer frame.exr -o ao.exr", "infer frame.exr -o ao.png"] {
@@ -56,6 +61,7 @@ fn frames_of_720p_need_little_memory() {
 #[test]
 #[cfg_attr(debug_assertions, ignore = "holds for the release build")]
 fn the_first_image_comes_soon() {
+    let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
     let desk = desk();
     for network in ["any_radius", "paper"] {
         for threads in [1, 2] {
