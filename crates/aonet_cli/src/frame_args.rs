@@ -6,6 +6,7 @@ use aonet::{AoImage, AoParams};
 use aonet_offline::View;
 use aonet_offline::ao_file::save_ao;
 use aonet_offline::frame::{Frame, FrameHints};
+use aonet_offline::timing;
 use serde_json::json;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -52,7 +53,8 @@ impl FrameArgs {
                 anyhow::bail!("{}: no AO radius in the file; give --radius or --view", self.frame.display())
             }
         };
-        Ok((frame, params))
+        // No method looks at the rest, and a method takes memory of its own.
+        Ok((Frame { geo_normal: None, ao: None, ..frame }, params))
     }
 
     /// What to write.
@@ -78,7 +80,7 @@ impl FrameArgs {
         if self.json {
             return output::json(&json!({
                 "ao": self.output, "width": width, "height": height, "radius": radius, "ms": ms,
-                "device": "cpu", "method": method,
+                "device": "cpu", "method": method, "peak_mib": timing::peak_mib(),
             }));
         }
         output::note(&format!("{width}x{height}, radius {radius}, {ms:.1} ms"));

@@ -3,7 +3,7 @@
 use crate::output;
 use anyhow::{Context, Result, bail};
 use aonet::classic::Classic;
-use aonet::net::{Model, shipped};
+use aonet::net::{Graph, Model, ModelConfig, TrainingFacts, Weights, shipped};
 use aonet::{AoImage, AoParams};
 use aonet_offline::dataset::{SceneSpec, SceneSplit, propose_view};
 use aonet_offline::gbuffer::Surface;
@@ -144,6 +144,22 @@ pub(crate) fn model(path: Option<&Path>) -> Result<Model> {
         }
         None => Model::from_bytes(shipped::ANY_RADIUS).context("the shipped network"),
     }
+}
+
+/// Seed of the weights of [`untrained`] networks.
+const SEED: u64 = 1;
+
+/// The network of a configuration, of training or of the model alone (JSON), with random weights: what needs no training,
+/// such as its run-time. Equal files give equal networks.
+pub(crate) fn untrained(path: &Path) -> Result<Model> {
+    let bytes = std::fs::read(path).map_err(Error::io(path))?;
+    let expected = "the configuration of a model, or of training";
+    let wrong = |e: serde_json::Error| Error::file(path, expected, e);
+    let mut value: serde_json::Value = serde_json::from_slice(&bytes).map_err(wrong)?;
+    let model = value.get_mut("model").map(serde_json::Value::take).unwrap_or(value);
+    let config: ModelConfig = serde_json::from_value(model).map_err(wrong)?;
+    let graph = Graph::new(&config).map_err(Error::in_file(path))?;
+    Ok(Model::new(config, Weights::init(&graph, SEED), TrainingFacts::default())?)
 }
 
 /// What a table calls the model in a file: the file's name without extension.

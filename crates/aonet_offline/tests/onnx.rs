@@ -7,10 +7,9 @@
 mod common;
 
 use aonet::net::cpu::Session;
-use aonet::net::features::write_features;
-use aonet::net::{Features, KernelWeights, Model, ModelConfig, naive, shipped};
+use aonet::net::{Features, KernelWeights, Model, ModelConfig, shipped};
 use aonet::{AoImage, GBuffer};
-use aonet_offline::onnx::{Extent, Form, export};
+use aonet_offline::onnx::{Extent, Form, export, features, npy};
 use common::{frame, model, params, small, spread};
 use std::path::Path;
 use std::process::Command;
@@ -26,22 +25,6 @@ struct Case {
     expected: AoImage,
 }
 
-/// Features as the file takes them: channels, height, width, values.
-fn features(model: &Model, gbuffer: &GBuffer, extent: Extent) -> naive::Planes {
-    let padded = naive::padded_features(model, gbuffer, params());
-    let (height, width) = (gbuffer.height(), gbuffer.width());
-    match extent {
-        Extent::Dynamic => padded,
-        Extent::Fixed { .. } => {
-            let channels = model.config().features.channels().len();
-            let mut values = vec![0.0; channels * height * width];
-            let features = model.config().features;
-            write_features(features, (gbuffer, params()), &mut values, (width, height * width));
-            naive::Planes { channels, height, width, values }
-        }
-    }
-}
-
 fn write_case(folder: &Path, model: &Model, (name, form, extent): (String, Form, Extent)) -> Case {
     let size = match extent {
         Extent::Dynamic => (75, 41),
@@ -51,9 +34,8 @@ fn write_case(folder: &Path, model: &Model, (name, form, extent): (String, Form,
     let mut expected = AoImage::open(size.0, size.1).unwrap();
     Session::new(model, size.0, size.1, 1).unwrap().run(&gbuffer, params(), &mut expected).unwrap();
     assert!(spread(&expected, &gbuffer) > 0.05, "nothing to see: {name}");
-    let input = features(model, &gbuffer, extent);
-    let bytes: Vec<u8> = input.values.iter().flat_map(|v| v.to_le_bytes()).collect();
-    std::fs::write(folder.join(format!("{name}.features")), bytes).unwrap();
+    let input = features(model, extent, (&gbuffer, params())).unwrap();
+    std::fs::write(folder.join(format!("{name}.npy")), npy(&input)).unwrap();
     std::fs::write(folder.join(format!("{name}.onnx")), export(model, form, extent).unwrap().bytes).unwrap();
     Case { name, extent, gbuffer, expected }
 }
@@ -63,7 +45,7 @@ fn error(folder: &Path, model: &Model, case: &Case) -> f32 {
     let bytes = std::fs::read(folder.join(format!("{}.visibility", case.name))).unwrap();
     let found: Vec<f32> = bytes.chunks_exact(4).map(|b| f32::from_le_bytes(b.try_into().unwrap())).collect();
     let width = case.gbuffer.width();
-    let row = features(model, &case.gbuffer, case.extent).width;
+    let row = features(model, case.extent, (&case.gbuffer, params())).unwrap().width;
     let foreground = (0..width * case.gbuffer.height()).filter(|&i| case.gbuffer.is_foreground(i));
     foreground
         .map(|i| (found[i / width * row + i % width] - case.expected.visibility()[i]).abs())
@@ -124,7 +106,7 @@ fn onnx_runtime_agrees_with_the_session() {
     let list: Vec<_> = cases
         .iter()
         .map(|(model, case)| {
-            let input = features(model, &case.gbuffer, case.extent);
+            let input = features(model, case.extent, (&case.gbuffer, params())).unwrap();
             serde_json::json!({ "name": case.name, "shape": [1, input.channels, input.height, input.width] })
         })
         .collect();

@@ -1,8 +1,11 @@
 //! `aonet export`: a network as a file for other runtimes.
 
 use crate::{output, setup};
-use anyhow::Result;
+use anyhow::{Context, Result};
+use aonet::AoParams;
+use aonet::net::Model;
 use aonet_offline::atomic_file;
+use aonet_offline::frame::{Frame, FrameHints};
 use aonet_offline::onnx::{self, Extent, Form, Side};
 use clap::Parser;
 use serde_json::json;
@@ -16,10 +19,15 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, Parser)]
 #[command(after_help = "Examples:
   aonet export runs/a/best.safetensors --onnx a.onnx
-  aonet export a.safetensors --onnx a_720p.onnx --size 1280x720 --tuned")]
+  aonet export a.safetensors --onnx a_720p.onnx --size 1280x720 --tuned
+  aonet export --config configs/speed.json --onnx speed.onnx")]
 pub(crate) struct Args {
     /// Network.
-    model: PathBuf,
+    #[arg(required_unless_present = "config")]
+    model: Option<PathBuf>,
+    /// The network of a configuration instead, of training or of the model alone, with random weights.
+    #[arg(long, value_name = "C.json", conflicts_with = "model")]
+    config: Option<PathBuf>,
     /// File to write.
     #[arg(long, value_name = "OUT.onnx")]
     onnx: PathBuf,
@@ -29,6 +37,10 @@ pub(crate) struct Args {
     /// Rewrite linear kernels to be fast in ONNX Runtime; equal results up to rounding.
     #[arg(long)]
     tuned: bool,
+    /// Also write what the file takes for this frame, to try it in another runtime: OUT_FRAME.npy beside OUT.onnx; may be
+    /// repeated.
+    #[arg(long, value_name = "FRAME.exr")]
+    frame: Vec<PathBuf>,
     /// Print facts as JSON.
     #[arg(long)]
     json: bool,
@@ -36,15 +48,20 @@ pub(crate) struct Args {
 
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<()> {
-    let model = setup::model(Some(&args.model))?;
+    let model = match &args.config {
+        Some(config) => setup::untrained(config)?,
+        None => setup::model(args.model.as_deref())?,
+    };
     let form = if args.tuned { Form::Tuned } else { Form::Plain };
     let extent = args.size.map_or(Extent::Dynamic, |(width, height)| Extent::Fixed { width, height });
     is_onnx(&args.onnx)?;
     let file = onnx::export(&model, form, extent)?;
     atomic_file::write(&args.onnx, &file.bytes)?;
+    let write = |frame: &PathBuf| features(args, (&model, extent), frame);
+    let frames = args.frame.iter().map(write).collect::<Result<Vec<_>>>()?;
     if args.json {
         return output::json(&json!({
-            "path": args.onnx, "bytes": file.bytes.len(), "inputs": file.inputs, "outputs": file.outputs,
+            "path": args.onnx, "bytes": file.bytes.len(), "inputs": file.inputs, "outputs": file.outputs, "frames": frames,
         }));
     }
     for (what, ports) in [("input", &file.inputs), ("output", &file.outputs)] {
@@ -57,6 +74,20 @@ pub(crate) fn run(args: &Args) -> Result<()> {
         }
     }
     output::text(&format!("{}\n", args.onnx.display()))
+}
+
+/// Writes the features of a frame; returns where.
+fn features(args: &Args, (model, extent): (&Model, Extent), path: &Path) -> Result<PathBuf> {
+    let frame = Frame::load(path, &FrameHints::default())?;
+    // A network that does not see the radius has it built in.
+    let radius = frame.radius.or_else(|| (!model.config().features.sees_radius()).then_some(1.0));
+    let radius = radius.with_context(|| format!("{}: no AO radius in the file", path.display()))?;
+    let input = onnx::features(model, extent, (&frame.gbuffer, AoParams::new(radius)?));
+    let input = input.with_context(|| path.display().to_string())?;
+    let name = format!("{}_{}.npy", setup::name_of(&args.onnx), setup::name_of(path));
+    let npy = args.onnx.with_file_name(name);
+    atomic_file::write(&npy, &onnx::npy(&input))?;
+    Ok(npy)
 }
 
 /// Refuses a name such as the model's own, which a slip of the hand would overwrite.

@@ -4,12 +4,15 @@
 //! output, `visibility` 1x1xHxW in [0, 1]. It knows nothing of the background: there the caller puts 1, as
 //! [`cpu::Session`](aonet::net::cpu::Session) does.
 
+mod features;
 mod ops;
 mod proto;
 #[cfg(test)]
 mod tests;
 mod tuned;
 mod writer;
+
+pub use features::{features, npy};
 
 use crate::error::{Error, Result};
 use aonet::camera::check_size;
@@ -32,7 +35,8 @@ pub const OUTPUT: &str = "visibility";
 /// How a network is written down. Both forms compute the same function.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Form {
-    /// Operation by operation, as one writes it by hand in a framework.
+    /// Operation by operation, as one writes it by hand in a framework; ONNX Runtime, OpenVINO and ncnn (by way of pnnx) run
+    /// it. The outputs of a head that predicts kernels are in the order of ONNX's pixel shuffle.
     Plain,
     /// Rewritten to be fast in ONNX Runtime: linear kernels; without them the same as plain.
     Tuned,

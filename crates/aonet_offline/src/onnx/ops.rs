@@ -3,18 +3,18 @@
 use super::Form;
 use super::tuned;
 use super::writer::{Attribute, Writer};
-use aonet::net::graph::{FIRST_TAP, GUIDE_CHANNELS, LEAKY_SLOPE, WINDOW};
-use aonet::net::{Activation, KernelWeights, Model, Op, Tensor};
+use aonet::net::graph::{FIRST_TAP, GUIDE_CHANNELS, LEAKY_SLOPE, TAPS, WINDOW};
+use aonet::net::{Activation, KernelWeights, Model, Op, Tensor, ValueId};
 
 /// Position in a slice that stands for the end.
 pub(super) const END: i64 = i64::MAX;
 
 /// Appends the network; returns the name of the visibility before clamping, 1x1xHxW.
 pub(super) fn write(writer: &mut Writer, (model, form): (&Model, Form), features: &str) -> String {
-    // The name of a head that the kernels multiply with themselves.
-    let folded_head = |value| match form {
-        Form::Plain => None,
-        Form::Tuned => tuned::folded_head(model, value),
+    // Kernels write the head that predicts them.
+    let is_head = |value| {
+        let reads = |op: &Op| matches!(op, Op::KernelPredict { kernels, .. } if *kernels == value);
+        model.graph().nodes().iter().any(|node| reads(&node.op))
     };
     let mut values: Vec<String> = Vec::new();
     for (id, node) in model.graph().nodes().iter().enumerate() {
@@ -25,9 +25,9 @@ pub(super) fn write(writer: &mut Writer, (model, form): (&Model, Form), features
                 patch_partition(writer, (&format!("partition{id}"), &values[*input]), (channels, *patch))
             }
             Op::PatchMerge { input, patch } => {
-                depth_to_space(writer, (&format!("merge{id}"), &values[*input]), (*patch, "CRD"))
+                pixel_shuffle(writer, (&format!("merge{id}"), &values[*input]), *patch)
             }
-            Op::Conv { input, .. } if folded_head(id).is_some() => values[*input].clone(),
+            Op::Conv { input, .. } if is_head(id) => values[*input].clone(),
             Op::Conv { input, name, groups, activation, .. } => {
                 let weights = parameters(model, name);
                 conv(writer, (name, &values[*input]), weights, (*groups, *activation))
@@ -42,15 +42,51 @@ pub(super) fn write(writer: &mut Writer, (model, form): (&Model, Form), features
             }
             Op::KernelPredict { kernels, guide, patch, weights } => {
                 let inputs = (values[*kernels].as_str(), values[*guide].as_str());
-                match folded_head(*kernels) {
-                    Some(name) => tuned::apply_head(writer, inputs, parameters(model, name), *patch),
-                    None => kernel_predict(writer, inputs, (*patch, *weights)),
+                let name = head(model, *kernels);
+                match (form, weights) {
+                    (Form::Tuned, KernelWeights::Linear) => {
+                        tuned::apply_head(writer, inputs, parameters(model, name), *patch)
+                    }
+                    (Form::Plain | Form::Tuned, _) => {
+                        kernel_predict(writer, inputs, (name, parameters(model, name)), (*patch, *weights))
+                    }
                 }
             }
         };
         values.push(value);
     }
     values.pop().expect("a graph has an output")
+}
+
+/// The name of the convolution that predicts kernels.
+///
+/// # Panics
+/// When the graph holds a combination that no topology builds: kernels that anything else reads or makes.
+fn head(model: &Model, kernels: ValueId) -> &str {
+    match &model.graph().nodes()[kernels].op {
+        Op::Conv { name, size: 1, groups: 1, activation: Activation::Linear, .. }
+            if readers(model, kernels).count() == 1 =>
+        {
+            name
+        }
+        other => panic!("kernels come from a 1x1 convolution that nothing else reads, found {other:?}"),
+    }
+}
+
+/// The operations that read a value.
+fn readers(model: &Model, value: ValueId) -> impl Iterator<Item = &Op> {
+    let reads = move |op: &Op| match op {
+        Op::Input => false,
+        Op::PatchPartition { input, .. }
+        | Op::PatchMerge { input, .. }
+        | Op::Conv { input, .. }
+        | Op::AvgPool2 { input }
+        | Op::Upsample2 { input } => *input == value,
+        Op::Concat { first, second } => [*first, *second].contains(&value),
+        Op::Correct { input, correction, .. } => [*input, *correction].contains(&value),
+        Op::KernelPredict { kernels, guide, .. } => [*kernels, *guide].contains(&value),
+    };
+    model.graph().nodes().iter().map(|node| &node.op).filter(move |op| reads(op))
 }
 
 /// Weight and bias of a convolution.
@@ -76,13 +112,9 @@ pub(super) fn patch_partition(
     concat(writer, name, &parts.iter().map(String::as_str).collect::<Vec<_>>())
 }
 
-/// See [`Op::PatchMerge`].
-pub(super) fn depth_to_space(
-    writer: &mut Writer,
-    (name, input): (&str, &str),
-    (patch, mode): (usize, &str),
-) -> String {
-    let attributes = [("blocksize", Attribute::Int(patch)), ("mode", Attribute::Text(mode))];
+/// See [`Op::PatchMerge`]. ONNX has two orders of the channels; pnnx, ncnn's converter, knows this one only.
+pub(super) fn pixel_shuffle(writer: &mut Writer, (name, input): (&str, &str), patch: usize) -> String {
+    let attributes = [("blocksize", Attribute::Int(patch)), ("mode", Attribute::Text("CRD"))];
     writer.node((name, "DepthToSpace"), &[input], &attributes)
 }
 
@@ -170,16 +202,19 @@ pub(super) fn window(
     writer.node((name, "Slice"), &[input, &bounds[0], &bounds[1], &bounds[2]], &[])
 }
 
-/// See [`Op::KernelPredict`]. AO-Net §3.3, Eq. 2.
-pub(super) fn kernel_predict(
+/// See [`Op::KernelPredict`]. AO-Net §3.3, Eq. 2. With the head of this name and these parameters, which reads `features`.
+fn kernel_predict(
     writer: &mut Writer,
-    (kernels, guide): (&str, &str),
+    (features, guide): (&str, &str),
+    (head, parameters): (&str, [&Tensor; 2]),
     (patch, weights): (usize, KernelWeights),
 ) -> String {
+    let parameters = parameters.map(|tensor| pixels_innermost(tensor, patch));
+    let activation = (1, Activation::Linear);
+    let kernels = conv(writer, (head, features), parameters.each_ref(), activation);
     let kernels = match patch {
-        1 => kernels.to_owned(),
-        // Channel pixel * 48 + k.
-        _ => depth_to_space(writer, ("kernels", kernels), (patch, "DCR")),
+        1 => kernels,
+        _ => pixel_shuffle(writer, ("kernels", &kernels), patch),
     };
     let neighbours = neighbours(writer, guide);
     let kernels = match weights {
@@ -188,6 +223,15 @@ pub(super) fn kernel_predict(
     };
     let weighed = writer.node(("weighed", "Mul"), &[&kernels, &neighbours], &[]);
     mean_of_components(writer, &weighed)
+}
+
+/// The head's parameters with outputs in the order of [`pixel_shuffle`]: `k * patch² + pixel` instead of `pixel * 48 + k`.
+fn pixels_innermost(tensor: &Tensor, patch: usize) -> Tensor {
+    let area = patch * patch;
+    let inputs = tensor.values.len() / (area * TAPS);
+    let output = |i: usize| i % area * TAPS + i / area;
+    let values = (0..area * TAPS).flat_map(|i| &tensor.values[output(i) * inputs..][..inputs]);
+    Tensor { shape: tensor.shape.clone(), values: values.copied().collect() }
 }
 
 /// The guide's three channels with as many pixels around them as the taps reach.
@@ -232,10 +276,11 @@ fn softmax_kernels(writer: &mut Writer, kernels: &str, neighbours: &str) -> Stri
     mean_of_components(writer, &weighed)
 }
 
-/// The sum of all channels over the number of components.
+/// The sum of all channels over the number of components. As a mean, because pnnx forgets which channels a `ReduceSum`
+/// is over: they are an input of it, but an attribute of this set's `ReduceMean`.
 fn mean_of_components(writer: &mut Writer, weighed: &str) -> String {
-    let axis = writer.ints(&[1]);
-    let sum = writer.node(("kernel_sum", "ReduceSum"), &[weighed, &axis], &[]);
-    let share = writer.scalar(1.0 / GUIDE_CHANNELS as f32);
-    writer.node(("kernel_mean", "Mul"), &[&sum, &share], &[])
+    let axes = ("axes", Attribute::Ints(&[1]));
+    let mean = writer.node(("kernel_mean", "ReduceMean"), &[weighed], &[axes]);
+    let taps = writer.scalar((TAPS / GUIDE_CHANNELS) as f32);
+    writer.node(("kernel_sum", "Mul"), &[&mean, &taps], &[])
 }

@@ -36,7 +36,7 @@ fn the_papers_network_has_the_operators_worked_out_by_hand() {
         ("LeakyRelu", 14),
         ("Mul", 2),
         ("Pad", 15),
-        ("ReduceSum", 1),
+        ("ReduceMean", 1),
         ("Resize", 3),
         ("Slice", 20),
         ("SpaceToDepth", 3),
@@ -45,7 +45,26 @@ fn the_papers_network_has_the_operators_worked_out_by_hand() {
     let tuned = operators(&decoded(ModelConfig::paper(), Form::Tuned, Extent::Dynamic));
     // No head; for each of 16 pixels a convolution of normals and a sum, and one convolution with all biases.
     assert_eq!((tuned["Conv"], tuned["Mul"], tuned["Slice"]), (14 + 33, 16, 3 + 1 + 3));
-    assert!(!tuned.contains_key("ReduceSum"));
+    assert!(!tuned.contains_key("ReduceMean"));
+}
+
+#[test]
+fn nothing_is_written_that_pnnx_gets_wrong() {
+    for kernel in [KernelWeights::Off, KernelWeights::Linear, KernelWeights::Softmax] {
+        for form in [Form::Plain, Form::Tuned] {
+            let graph = decoded(ModelConfig { kernel, ..ModelConfig::paper() }, form, Extent::Dynamic).graph;
+            for node in graph.unwrap().node {
+                assert_ne!(node.op_type, "ReduceSum", "its axes are lost");
+                let modes =
+                    node.attribute.iter().filter(|a| node.op_type == "DepthToSpace" && a.name == "mode");
+                assert!(
+                    modes.map(|mode| mode.s.as_deref()).all(|mode| mode == Some(b"CRD")),
+                    "{}",
+                    node.name
+                );
+            }
+        }
+    }
 }
 
 #[test]

@@ -14,37 +14,8 @@
 
 use super::ops;
 use super::writer::{Attribute, Writer};
+use aonet::net::Tensor;
 use aonet::net::graph::{GUIDE_CHANNELS, TAPS, WINDOW};
-use aonet::net::{Activation, KernelWeights, Model, Op, Tensor, ValueId};
-
-/// The operations that read a value.
-fn readers(model: &Model, value: ValueId) -> impl Iterator<Item = &Op> {
-    let reads = move |op: &Op| match op {
-        Op::Input => false,
-        Op::PatchPartition { input, .. }
-        | Op::PatchMerge { input, .. }
-        | Op::Conv { input, .. }
-        | Op::AvgPool2 { input }
-        | Op::Upsample2 { input } => *input == value,
-        Op::Concat { first, second } => [*first, *second].contains(&value),
-        Op::Correct { input, correction, .. } => [*input, *correction].contains(&value),
-        Op::KernelPredict { kernels, guide, .. } => [*kernels, *guide].contains(&value),
-    };
-    model.graph().nodes().iter().map(|node| &node.op).filter(move |op| reads(op))
-}
-
-/// The name of a head without activation that only linear kernels read.
-pub(super) fn folded_head(model: &Model, value: ValueId) -> Option<&str> {
-    let head = &model.graph().nodes()[value].op;
-    let Op::Conv { name, size: 1, groups: 1, activation: Activation::Linear, .. } = head else { return None };
-    let linear = |op: &Op| {
-        let Op::KernelPredict { kernels, weights, .. } = op else { return false };
-        *kernels == value && *weights == KernelWeights::Linear
-    };
-    // The output of a network without kernels has no reader.
-    let read = readers(model, value).next().is_some();
-    (read && readers(model, value).all(linear)).then_some(name)
-}
 
 /// Linear kernels of a head that was not evaluated: see the module. `features` DxHxW, `guide` at full resolution.
 pub(super) fn apply_head(
@@ -85,7 +56,7 @@ pub(super) fn apply_head(
     }
     match patch {
         1 => sum,
-        _ => ops::depth_to_space(writer, ("kernel_mean", &sum), (patch, "CRD")),
+        _ => ops::pixel_shuffle(writer, ("kernel_mean", &sum), patch),
     }
 }
 

@@ -2,6 +2,7 @@
 
 use crate::Result;
 use crate::timing;
+use aonet::net::cpu::Options;
 use aonet::net::plan::{Plan, Step};
 use aonet::net::{Graph, Model, Node, Op};
 use std::cmp::Reverse;
@@ -52,7 +53,7 @@ pub(super) fn costs(
     runs: usize,
 ) -> Result<BTreeMap<Level, Cost>> {
     let plan = Plan::new(model.graph(), size.0, size.1)?;
-    let times = timing::time_steps(model, size, threads, runs)?;
+    let times = timing::time_steps(model, size, Options { threads, ..Options::default() }, runs)?;
     let mut costs: BTreeMap<Level, Cost> = BTreeMap::new();
     for (step, ms) in plan.steps.iter().zip(times) {
         let (level, per_pixel) = place(model.graph(), step);

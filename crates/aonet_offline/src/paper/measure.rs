@@ -8,6 +8,7 @@ use crate::eval::{self, Contestant, Method, Row};
 use crate::timing;
 use aonet::classic::Classic;
 use aonet::net::Model;
+use aonet::net::cpu::Options;
 use aonet::net::model::Precision;
 use rayon::ThreadPool;
 use serde::Serialize;
@@ -128,9 +129,10 @@ pub fn measure(
         }
     }
     let pool = timing::pool(subject.threads)?;
+    let options = Options { threads: subject.threads, ..Options::default() };
     for (done, (key, size)) in needs.times.iter().enumerate() {
         let times = match (subject.models.first(key), rows::classic(key)) {
-            (Some(model), _) => Some(timing::time(model, *size, subject.threads, subject.runs)?),
+            (Some(model), _) => Some(timing::time(model, *size, options, subject.runs)?),
             (None, Some(method)) => Some(timing::time_classic(&method, *size, &pool, subject.runs)?),
             (None, None) => None,
         };

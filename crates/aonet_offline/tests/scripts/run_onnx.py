@@ -2,7 +2,7 @@
 
     run_onnx.py FOLDER
 
-FOLDER/cases.json is a list of {"name", "shape"}; NAME.onnx runs on NAME.features (f32, of that shape), and what comes
+FOLDER/cases.json is a list of {"name", "shape"}; NAME.onnx runs on NAME.npy (f32, of that shape), and what comes
 out becomes NAME.visibility (f32).
 """
 import json
@@ -21,7 +21,8 @@ for case in json.loads((folder / "cases.json").read_text()):
     onnx.checker.check_model(str(path), full_check=True)
     session = onnxruntime.InferenceSession(str(path), options, providers=["CPUExecutionProvider"])
     assert [i.name for i in session.get_inputs()] == ["features"], case
-    features = np.fromfile(folder / f"{case['name']}.features", np.float32).reshape(case["shape"])
+    features = np.load(folder / f"{case['name']}.npy")
+    assert features.dtype == np.float32 and list(features.shape) == case["shape"], (case, features.shape)
     (visibility,) = session.run(["visibility"], {"features": features})
     batch, _, height, width = case["shape"]
     assert visibility.shape == (batch, 1, height, width), (case, visibility.shape)

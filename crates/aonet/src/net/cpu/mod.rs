@@ -19,6 +19,7 @@ mod kernel_predict;
 mod level;
 mod packing;
 mod patch_merge;
+mod peak;
 mod pool;
 mod precision;
 mod recipe;
@@ -41,6 +42,7 @@ mod x86;
 mod x86_packed;
 
 pub use level::{Isa, Level};
+pub use peak::multiply_add;
 pub use precision::Precision;
 pub use session::{Options, Session};
 #[cfg(test)]

@@ -1,0 +1,146 @@
+//! One row for every method, size and number of threads.
+
+use super::subject::{Method, Subject};
+use super::{Args, machine, progress};
+use crate::output::{self, Style, number, table};
+use crate::setup;
+use anyhow::Result;
+use aonet::net::Model;
+use aonet::net::cpu::{Options, Precision};
+use aonet_offline::timing::{self, Times};
+use serde::Serialize;
+use serde_json::{Value, json};
+
+const MIB: f64 = (1u64 << 20) as f64;
+
+#[derive(Debug, Serialize)]
+struct Row {
+    method: String,
+    width: usize,
+    height: usize,
+    threads: usize,
+    /// Of a network.
+    precision: Option<String>,
+    #[serde(flatten)]
+    times: Times,
+    /// The time with the first number of threads over this one.
+    scaling: f64,
+    gflop: Option<f64>,
+    gflop_per_s: Option<f64>,
+    /// Taps a pixel of a classic method, without its filter's.
+    taps: Option<u32>,
+    peak_mib: Option<f64>,
+}
+
+/// Measures and prints.
+pub(super) fn run(args: &Args, subjects: &[Subject]) -> Result<()> {
+    let (mut rows, mut networks) = (Vec::new(), Vec::new());
+    for subject in subjects {
+        let method = (subject.name.as_str(), &subject.load(args)?);
+        networks.extend(facts(method));
+        for size in args.sizes() {
+            for precision in args.precisions().iter().take(method.1.precisions()) {
+                rows.extend(by_threads(method, size, (*precision, args))?);
+            }
+        }
+    }
+    if args.json {
+        return output::json(&json!({ "machine": machine(), "networks": networks, "timings": rows }));
+    }
+    output::text(&format!("{}\n{}; {} runs each\n", text(&rows), machine(), args.runs.max(1)))
+}
+
+/// Configuration and size of a network.
+fn facts((name, method): (&str, &Method)) -> Option<Value> {
+    let Method::Network(model) = method else { return None };
+    let graph = model.graph();
+    let (macs, parameters) = (graph.macs_per_pixel(), graph.params_count());
+    let config = model.config();
+    Some(json!({ "name": name, "config": config, "macs_per_pixel": macs, "parameters": parameters }))
+}
+
+/// A row for each number of threads.
+fn by_threads(
+    method: (&str, &Method),
+    size: (usize, usize),
+    (precision, args): (Precision, &Args),
+) -> Result<Vec<Row>> {
+    let mut rows: Vec<Row> = Vec::new();
+    for threads in args.threads() {
+        let options = Options { threads, precision, ..Options::default() };
+        progress(method.0, size, options);
+        let row = measure(method, size, (options, args.runs))?;
+        let scaling = rows.first().map_or(1.0, |first| first.times.median_ms / row.times.median_ms);
+        rows.push(Row { scaling, ..row });
+    }
+    Ok(rows)
+}
+
+fn measure(of: (&str, &Method), size: (usize, usize), (options, runs): (Options, usize)) -> Result<Row> {
+    let ((name, method), threads) = (of, options.threads);
+    timing::reset_peak();
+    Ok(match method {
+        Method::Network(model) => {
+            let times = timing::time(model, size, options, runs)?;
+            let gflop = gflop(model, size);
+            Row {
+                precision: Some(options.precision.to_string()),
+                gflop: Some(gflop),
+                gflop_per_s: Some(1e3 * gflop / times.median_ms),
+                ..row(name, size, (threads, times))
+            }
+        }
+        Method::Classic(method) => {
+            let times = timing::time_classic(method, size, &setup::pool(Some(threads))?, runs)?;
+            Row { taps: Some(method.taps()), ..row(name, size, (threads, times)) }
+        }
+    })
+}
+
+fn row(name: &str, (width, height): (usize, usize), (threads, times): (usize, Times)) -> Row {
+    Row {
+        method: name.to_owned(),
+        width,
+        height,
+        threads,
+        precision: None,
+        times,
+        scaling: 1.0,
+        gflop: None,
+        gflop_per_s: None,
+        taps: None,
+        peak_mib: timing::peak_mib(),
+    }
+}
+
+/// Operations of a frame [1e9], two for each multiply-add.
+fn gflop(model: &Model, (width, height): (usize, usize)) -> f64 {
+    let step = model.graph().alignment();
+    let padded = (width.next_multiple_of(step) * height.next_multiple_of(step)) as f64;
+    2e-9 * model.graph().macs_per_pixel() * padded
+}
+
+fn text(rows: &[Row]) -> String {
+    let header = "method|size|threads|precision|median ms|min..max ms|scaling|first ms|ns/px|taps|GFLOP|GFLOP/s|session MiB|peak MiB";
+    let header: Vec<_> = header.split('|').collect();
+    let cells = |r: &Row| {
+        let session_mib = r.gflop.map(|_| r.times.session_bytes as f64 / MIB);
+        vec![
+            r.method.clone(),
+            format!("{}x{}", r.width, r.height),
+            r.threads.to_string(),
+            r.precision.clone().unwrap_or_else(|| "f32".to_owned()),
+            number(r.times.median_ms, 1),
+            format!("{:.1}..{:.1}", r.times.min_ms, r.times.max_ms),
+            number(r.scaling, 2),
+            number(r.times.first_ms, 1),
+            number(1e6 * r.times.median_ms / (r.width * r.height) as f64, 1),
+            number(r.taps.map(f64::from), 0),
+            number(r.gflop, 1),
+            number(r.gflop_per_s, 0),
+            number(session_mib, 1),
+            number(r.peak_mib, 0),
+        ]
+    };
+    table(&header, &rows.iter().map(cells).collect::<Vec<_>>(), Style::Text)
+}
