@@ -87,9 +87,9 @@ pub(super) fn quantize<'s>(
 }
 
 /// As many weights as fit a word, fewer if there are no more, as its bits.
-pub(super) fn word(arithmetic: Arithmetic, weights: impl Iterator<Item = f32>) -> f32 {
+pub(super) fn word(arithmetic: Arithmetic, weights: impl IntoIterator<Item = f32>) -> f32 {
     let mut bits = 0;
-    for (i, weight) in weights.take(arithmetic.packed()).enumerate() {
+    for (i, weight) in weights.into_iter().take(arithmetic.packed()).enumerate() {
         bits |= match arithmetic {
             Arithmetic::F32(_) => weight.to_bits(),
             #[cfg(target_arch = "x86_64")]

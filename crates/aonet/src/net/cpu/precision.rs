@@ -123,6 +123,17 @@ impl Arithmetic {
         }
     }
 
+    /// Runs a kernel with these instructions, which are not those of integers: no code is made for them.
+    pub(super) fn run_floats(self, kernel: impl DotKernel) {
+        match self {
+            Self::F32(isa) => isa.run(OfExact(kernel)),
+            #[cfg(target_arch = "x86_64")]
+            Self::Bf16(dot) => dot.run(kernel),
+            #[cfg(target_arch = "x86_64")]
+            Self::Int8(_) => unreachable!("integers where there are only floats"),
+        }
+    }
+
     /// Runs a kernel with these instructions.
     pub(super) fn run(self, kernel: impl DotKernel) {
         match self {

@@ -87,7 +87,11 @@ impl Winograd {
         let band_rows =
             self.output.height.div_ceil(workers.threads() * BANDS_PER_THREAD).next_multiple_of(OUT);
         workers.for_each_band_of(out, (band_rows, self.output.row_len()), |band| {
-            self.arithmetic.run(WinogradBand { conv: self, sources: &sources[..self.inputs.len()], band });
+            self.arithmetic.run_floats(WinogradBand {
+                conv: self,
+                sources: &sources[..self.inputs.len()],
+                band,
+            });
         });
     }
 }

@@ -60,11 +60,11 @@ impl<'a> Factors<'a> {
             let line = |y: usize| simd.load(&lines[y][at..]);
             *column = input(simd, [line(0), line(1), line(2), line(3), line(4), line(5)]);
         }
-        for y in 0..IN {
+        for (y, factors) in self.values.chunks_exact_mut(IN * self.pitch).enumerate() {
             let of = |x: usize| columns[x][y];
             let row = input(simd, [of(0), of(1), of(2), of(3), of(4), of(5)]);
-            for (x, value) in row.into_iter().enumerate() {
-                dot.pack(value, &[], &[], &mut self.values[(y * IN + x) * self.pitch + to..]);
+            for (value, factors) in row.into_iter().zip(factors.chunks_exact_mut(self.pitch)) {
+                dot.pack(value, &[], &[], &mut factors[to..]);
             }
         }
     }

@@ -22,12 +22,13 @@ const TAPS_AT_POINTS: [[f64; 3]; IN] = [
 
 /// G g Gᵀ: what a filter of 3x3 taps becomes.
 pub(super) fn filter(taps: &[f32; 9]) -> [f32; PRODUCTS] {
+    let at_points = |line: [f64; 3]| TAPS_AT_POINTS.map(|g| g[0] * line[0] + g[1] * line[1] + g[2] * line[2]);
+    let tap = |y: usize, x: usize| f64::from(taps[3 * y + x]);
+    let columns = [0, 1, 2].map(|x| at_points([tap(0, x), tap(1, x), tap(2, x)]));
     let mut out = [0.0; PRODUCTS];
-    for (i, row) in TAPS_AT_POINTS.iter().enumerate() {
-        for (j, column) in TAPS_AT_POINTS.iter().enumerate() {
-            let of = |y: usize, x: usize| row[y] * f64::from(taps[3 * y + x]) * column[x];
-            out[IN * i + j] = (0..9).map(|t| of(t / 3, t % 3)).sum::<f64>() as f32;
-        }
+    for (y, row) in out.chunks_exact_mut(IN).enumerate() {
+        let products = at_points([columns[0][y], columns[1][y], columns[2][y]]);
+        row.iter_mut().zip(products).for_each(|(out, product)| *out = product as f32);
     }
     out
 }

@@ -37,26 +37,39 @@ pub(super) fn pack(
         let outputs = first..bias.len().min(first + wide);
         first = outputs.end;
         let mut weights = Aligned::zeros(PRODUCTS * words * wide)?;
-        for (o, output) in outputs.clone().enumerate() {
-            let mut blocks = &filters[output * inputs..][..inputs];
-            let mut word = 0;
-            for channels in block_channels {
-                let (block, rest) = blocks.split_at(*channels);
-                for filters in block.chunks(packed) {
-                    let mut products = [[0.0; PRODUCTS]; 2];
-                    filters.iter().zip(&mut products).for_each(|(taps, products)| *products = filter(taps));
-                    let places = weights[word * wide + o..].iter_mut().step_by(words * wide);
-                    for (i, place) in places.enumerate() {
-                        *place = packing::word(arithmetic, products.iter().map(|p| p[i]));
-                    }
-                    word += 1;
+        let mut word = 0;
+        let mut first_in = 0;
+        for channels in block_channels {
+            for i in (first_in..first_in + channels).step_by(packed) {
+                let seen = i..(i + packed).min(first_in + channels);
+                let mut lines = vec![[0.0; PRODUCTS]; outputs.len()];
+                for (line, output) in lines.iter_mut().zip(outputs.clone()) {
+                    *line = filter_words(arithmetic, &filters[output * inputs..][seen.clone()]);
                 }
-                blocks = rest;
+                for product in 0..PRODUCTS {
+                    let places = &mut weights[(product * words + word) * wide..];
+                    places.iter_mut().zip(&lines).for_each(|(place, line)| *place = line[product]);
+                }
+                word += 1;
             }
+            first_in += channels;
         }
         let mut packed_bias = Aligned::zeros(wide)?;
         packed_bias[..outputs.len()].copy_from_slice(&bias[outputs]);
         Ok(Group { vectors, weights, bias: packed_bias })
     };
     split_vectors(bias.len().div_ceil(arithmetic.lanes()), arithmetic).into_iter().map(group).collect()
+}
+
+/// The products' weights of the filters of a word of input channels.
+fn filter_words(arithmetic: Arithmetic, filters: &[[f32; 9]]) -> [f32; PRODUCTS] {
+    match filters {
+        [taps] if arithmetic.packed() == 1 => filter(taps),
+        [taps] => filter(taps).map(|weight| packing::word(arithmetic, [weight])),
+        [first, second] => {
+            let products = [filter(first), filter(second)];
+            std::array::from_fn(|i| packing::word(arithmetic, products.map(|p| p[i])))
+        }
+        _ => unreachable!("{} floats in a word", filters.len()),
+    }
 }
