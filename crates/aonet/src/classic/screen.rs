@@ -2,7 +2,7 @@
 
 use super::lanes::{F, LANES, Mask};
 use super::vector::V3;
-use super::whole::U;
+use super::whole::{U, Whole};
 use crate::ao_image::AoParams;
 use crate::camera::Projection;
 use crate::gbuffer::GBuffer;
@@ -30,11 +30,17 @@ pub(crate) struct Pixels<S: Wide> {
     /// Pixel coordinates; whole numbers are the centres.
     pub(crate) x: F<S>,
     pub(crate) y: F<S>,
+    /// The same as whole numbers, and row-major.
+    pub(crate) column: U<S>,
+    pub(crate) row: U<S>,
+    pub(crate) index: U<S>,
     /// View space.
     pub(crate) position: V3<S>,
     pub(crate) normal: V3<S>,
     /// Unit vector towards the camera.
     pub(crate) to_viewer: V3<S>,
+    /// How much farther from the camera a surface is that is one deeper.
+    pub(crate) ray_length: F<S>,
     /// The AO radius on the screen [px].
     pub(crate) radius_px: F<S>,
 }
@@ -84,13 +90,21 @@ impl<'a> Screen<'a> {
         let mut edge = [[0.0; 3]; LANES];
         let normals = neighbours(self.row(self.gbuffer.normal(), y), x, &mut edge);
         let (px, py) = (F::counting_from(simd, x as f32), F::new(simd, y as f32));
-        let position = self.position(px, py, depth);
+        let (column, row) = (px.round(), (y as u32).whole_lanes(simd));
+        let (ray, slope) = (V3 { x: px - self.centre[0], y: self.centre[1] - py, z: px }, self.pixel_size[0]);
+        let ray = V3 { x: ray.x * slope, y: ray.y * slope, z: F::new(simd, -1.0) };
+        let squared = ray.dot(ray);
+        let inverse = squared.inverse_sqrt();
         Pixels {
             x: px,
             y: py,
-            position,
+            column,
+            row,
+            index: row * self.gbuffer.width() as u32 + column,
+            position: self.position(px, py, depth),
             normal: V3::from_triples(simd, normals),
-            to_viewer: self.to_viewer(position),
+            to_viewer: ray * -inverse,
+            ray_length: squared * inverse,
             radius_px: self.radius / self.pixel_size(depth),
         }
     }
