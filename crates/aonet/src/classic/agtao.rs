@@ -80,7 +80,14 @@ impl<'a> Agtao<'a> {
                 ((jitter + k as f64) / params.steps as f64).powf(params.distribution as f64)
             });
         }
-        Self { screen, params, squared_radius: radius * radius, cos_sin_bias: [cos, sin], cos_sin_turn: [turn_cos, turn_sin], shares }
+        Self {
+            screen,
+            params,
+            squared_radius: radius * radius,
+            cos_sin_bias: [cos, sin],
+            cos_sin_turn: [turn_cos, turn_sin],
+            shares,
+        }
     }
 
     /// Light that occluders on both sides of a slice take.
@@ -104,7 +111,13 @@ impl<'a> Agtao<'a> {
 
     /// Light that is lost where the horizon rises to a tap.
     #[inline(always)]
-    fn rise<S: Wide>(&self, p: &Pixels<S>, slice: &Slice<S>, stride: &Stride<S>, horizon: &mut Horizon<S>) -> F<S> {
+    fn rise<S: Wide>(
+        &self,
+        p: &Pixels<S>,
+        slice: &Slice<S>,
+        stride: &Stride<S>,
+        horizon: &mut Horizon<S>,
+    ) -> F<S> {
         let at = stride.look(self.screen, p);
         let cosine = at.towards * at.squared.rough_inverse_sqrt();
         let rises = at.squared.le(self.squared_radius) & horizon.cosine.lt(cosine);

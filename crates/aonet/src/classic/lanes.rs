@@ -228,18 +228,6 @@ impl<S: Wide> F<S> {
         self.lt(0.0).select(PI - positive, positive)
     }
 
-    /// Area of the unit disk between a diameter and a chord at this distance from it, in [-1, 1] and with its sign:
-    /// asin x + x sqrt(1 - x²). Off by less than 2e-4.
-    #[inline(always)]
-    pub(crate) fn strip(self) -> Self {
-        // Minimax of what is left beyond the chord, over (1 - x) to the power of 3/2, which is smooth.
-        const SERIES: [f32; 4] = [1.570_801_7, 0.355_869_5, -0.051_884_5, 0.011_219_9];
-        let x = self.abs();
-        let left = (1.0 - x).max(1e-30);
-        let beyond = left * left * left.rough_inverse_sqrt() * x.polynomial(SERIES);
-        (FRAC_PI_2 - beyond).with_sign_of(self)
-    }
-
     /// Logarithm to base two, off by less than 2e-5; for normal numbers above 0.
     #[inline(always)]
     pub(crate) fn log2(self) -> Self {
@@ -305,6 +293,7 @@ impl<S: Wide> Not for Mask<S> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::classic::slice;
     use crate::net::cpu::{Isa, Kernel, Level, Simd};
 
     /// Calls a check with every instruction set of this machine.
@@ -344,6 +333,8 @@ mod tests {
         });
         over(simd, -1.0..=1.0, |x, i, lanes| {
             assert!((lanes.acos().array()[i] - x.acos()).abs() < 8e-5, "{x}");
+            let strip = x.asin() + x * (1.0 - x * x).sqrt();
+            assert!((slice::strip(lanes).array()[i] - strip).abs() < 2e-4, "{x}");
         });
         over(simd, -20.0..=20.0, |x, i, lanes| {
             assert!((lanes.exp2().array()[i] / x.exp2() - 1.0).abs() < 1e-5, "{x}");
@@ -351,6 +342,7 @@ mod tests {
         over(simd, 1e-3..=9.0, |x, i, lanes| {
             assert!((lanes.log2().array()[i] - x.log2()).abs() < 2e-5, "{x}");
             assert!((lanes.inverse_sqrt().array()[i] * x.sqrt() - 1.0).abs() < 1e-6, "{x}");
+            assert!((lanes.rough_inverse_sqrt().array()[i] * x.sqrt() - 1.0).abs() < 1e-4, "{x}");
         });
         over(simd, 0.0..=9000.0, |x, i, lanes| {
             assert!((lanes.fract().array()[i] - x.fract()).abs() < 1e-6, "{x}");
@@ -393,6 +385,9 @@ mod tests {
         let count = F::counting_from(simd, 20.0).index(99);
         let one = F::counting_from(simd, 1.0).index(1);
         assert_eq!((one << count).array()[10..14], [1 << 30, 1 << 31, 0, 0]);
+        // Without a sign, minus three is large.
+        let below = (F::counting_from(simd, -3.0).round().lt(2)).select(1.0, 0.0).array();
+        assert_eq!(below[..6], [0.0, 0.0, 0.0, 1.0, 1.0, 0.0]);
         assert_eq!((((one << count) + u32::MAX) >> 1).count_ones().array()[10..14], [29, 30, 31, 31]);
     }
 }

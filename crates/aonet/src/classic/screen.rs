@@ -19,7 +19,6 @@ pub(crate) struct Screen<'a> {
     pub(crate) radius: f32,
     /// World units a pixel: the first times the depth plus the second. One of them is 0.
     pixel_size: [f32; 2],
-    perspective: bool,
     /// The middle of the frame (x, y) [px].
     centre: [f32; 2],
 }
@@ -39,7 +38,7 @@ pub(crate) struct Pixels<S: Wide> {
     pub(crate) normal: V3<S>,
     /// Unit vector towards the camera.
     pub(crate) to_viewer: V3<S>,
-    /// How much farther from the camera a surface is that is one deeper.
+    /// Length of the pixel's ray for each unit of depth.
     pub(crate) ray_length: F<S>,
     /// The AO radius on the screen [px].
     pub(crate) radius_px: F<S>,
@@ -63,7 +62,7 @@ impl<'a> Screen<'a> {
         let perspective = matches!(camera.projection, Projection::Perspective { .. });
         let pixel_size = if perspective { [1.0 / focal, 0.0] } else { [0.0, 1.0 / focal] };
         let centre = [gbuffer.width(), gbuffer.height()].map(|side| 0.5 * side as f32 - 0.5);
-        Self { gbuffer, radius: params.radius, pixel_size, perspective, centre }
+        Self { gbuffer, radius: params.radius, pixel_size, centre }
     }
 
     pub(crate) fn gbuffer(&self) -> &'a GBuffer {
@@ -91,8 +90,9 @@ impl<'a> Screen<'a> {
         let normals = neighbours(self.row(self.gbuffer.normal(), y), x, &mut edge);
         let (px, py) = (F::counting_from(simd, x as f32), F::new(simd, y as f32));
         let (column, row) = (px.round(), (y as u32).whole_lanes(simd));
-        let (ray, slope) = (V3 { x: px - self.centre[0], y: self.centre[1] - py, z: px }, self.pixel_size[0]);
-        let ray = V3 { x: ray.x * slope, y: ray.y * slope, z: F::new(simd, -1.0) };
+        // Where the ray through the pixel is one unit of depth farther.
+        let ([cx, cy], slope) = (self.centre, self.pixel_size[0]);
+        let ray = V3 { x: (px - cx) * slope, y: (cy - py) * slope, z: F::new(simd, -1.0) };
         let squared = ray.dot(ray);
         let inverse = squared.inverse_sqrt();
         Pixels {
@@ -141,16 +141,6 @@ impl<'a> Screen<'a> {
         let ([cx, cy], slope) = (self.centre, self.pixel_size[0]);
         let (x, y) = ((p.x - cx) * slope, (cy - p.y) * slope);
         x.mul_add(p.normal.x, y.mul_add(p.normal.y, -p.normal.z))
-    }
-
-    /// Unit vector from a view-space position towards the camera.
-    #[inline(always)]
-    pub(crate) fn to_viewer<S: Wide>(&self, position: V3<S>) -> V3<S> {
-        if self.perspective {
-            (position * -1.0).normalized()
-        } else {
-            V3::new(position.x.simd(), [0.0, 0.0, 1.0])
-        }
     }
 
     /// Column and row of the pixel nearest to a place on the screen, the edge's where it is outside; whether it is inside.

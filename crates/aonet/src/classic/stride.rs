@@ -67,7 +67,7 @@ impl<S: Wide> Stride<S> {
     }
 
     /// What is there, moved into the slice along the tangent plane.
-    // With the depth alone a tap would move along its pixel's ray, that is towards the viewer.
+    // A pixel's ray goes away from the viewer and not along: where a tap is deeper, only `towards` is less.
     #[inline(always)]
     pub(crate) fn look(&self, screen: &Screen<'_>, p: &Pixels<S>) -> Seen<S> {
         let depth = (p.index + self.places).gather(screen.gbuffer().depth()).min(BACKGROUND);
