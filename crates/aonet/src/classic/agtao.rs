@@ -4,13 +4,19 @@
 // a distant wall no longer hides what a near edge takes, as the highest horizon alone would have it.
 
 use super::PixelMethod;
-use super::gtao::{power, taper};
+use super::cubic::Cubic;
+use super::gtao::power;
 use super::lanes::F;
 use super::noise::noise_at;
 use super::params::filtered_params;
 use super::screen::{Pixels, Screen};
 use super::slice::Slice;
+use super::stride::Stride;
 use crate::net::cpu::Wide;
+use std::f32::consts::PI;
+
+/// Taps on each side of a slice at most.
+const MOST_STEPS: usize = 64;
 
 filtered_params! {
     /// Parameters of attenuated GTAO.
@@ -40,6 +46,10 @@ pub(crate) struct Agtao<'a> {
     squared_radius: f32,
     /// Of the angle bias.
     cos_sin_bias: [f32; 2],
+    /// From slice to slice.
+    cos_sin_turn: [f32; 2],
+    /// Distance of each step's taps by jitter, as a share of the search's radius.
+    shares: [Cubic; MOST_STEPS],
 }
 
 /// The highest occluder so far on one side of a slice.
@@ -63,7 +73,21 @@ impl<'a> Agtao<'a> {
     pub(crate) fn new(screen: &'a Screen<'a>, params: AgtaoParams) -> Self {
         let (sin, cos) = params.angle_bias.to_radians().sin_cos();
         let radius = screen.radius * params.radius_scale;
-        Self { screen, params, squared_radius: radius * radius, cos_sin_bias: [cos, sin] }
+        let (turn_sin, turn_cos) = (PI / params.slices as f32).sin_cos();
+        let mut shares = [Cubic::ZERO; MOST_STEPS];
+        for (k, share) in shares[..params.steps as usize].iter_mut().enumerate() {
+            *share = Cubic::near(|jitter| {
+                ((jitter + k as f64) / params.steps as f64).powf(params.distribution as f64)
+            });
+        }
+        Self {
+            screen,
+            params,
+            squared_radius: radius * radius,
+            cos_sin_bias: [cos, sin],
+            cos_sin_turn: [turn_cos, turn_sin],
+            shares,
+        }
     }
 
     /// Light that occluders on both sides of a slice take.
@@ -72,30 +96,35 @@ impl<'a> Agtao<'a> {
         // The tangent's elevation above the viewer's plane has the sine -sign sin n and the cosine cos n.
         let [cos_bias, sin_bias] = self.cos_sin_bias;
         let (across, up) = (slice.sin_n * cos_bias, slice.cos_n.max(0.0) * sin_bias);
-        let mut sides = [Horizon::new(slice, 1.0, up - across), Horizon::new(slice, -1.0, up + across)];
+        let mut ahead = Horizon::new(slice, 1.0, up - across);
+        let mut behind = Horizon::new(slice, -1.0, up + across);
         let mut lost = F::new(up.simd(), 0.0);
         let reach = p.radius_px * self.params.radius_scale;
-        for k in 0..self.params.steps {
-            let share =
-                taper((jitter + k as f32) * (1.0 / self.params.steps as f32), self.params.distribution);
-            let pixels = (share * reach).max(1.0 + k as f32);
-            for side in &mut sides {
-                lost += self.rise(p, slice, pixels, side);
-            }
+        for (k, share) in self.shares[..self.params.steps as usize].iter().enumerate() {
+            let pixels = (share.at(jitter) * reach).max(1.0 + k as f32);
+            let stride = Stride::new(self.screen, slice, pixels);
+            lost += self.rise(p, slice, &stride, &mut ahead);
+            lost += self.rise(p, slice, &stride.reversed(), &mut behind);
         }
         lost
     }
 
     /// Light that is lost where the horizon rises to a tap.
     #[inline(always)]
-    fn rise<S: Wide>(&self, p: &Pixels<S>, slice: &Slice<S>, pixels: F<S>, horizon: &mut Horizon<S>) -> F<S> {
-        let tap = self.screen.tap(slice.place(p, pixels * horizon.sign));
-        let at = slice.project(p, &tap);
-        let cosine = at.towards * at.inverse_distance;
-        let rises = tap.inside & at.squared.le(self.squared_radius) & horizon.cosine.lt(cosine);
+    fn rise<S: Wide>(
+        &self,
+        p: &Pixels<S>,
+        slice: &Slice<S>,
+        stride: &Stride<S>,
+        horizon: &mut Horizon<S>,
+    ) -> F<S> {
+        let at = stride.look(self.screen, p);
+        let cosine = at.towards * at.squared.rough_inverse_sqrt();
+        let rises = at.squared.le(self.squared_radius) & horizon.cosine.lt(cosine);
         if !rises.any() {
             return F::new(p.x.simd(), 0.0);
         }
+        let rises = rises & stride.inside(self.screen, p);
         let weight = 1.0 - at.squared * (self.params.attenuation / self.squared_radius);
         let light = slice.light_above(cosine, horizon.sign);
         let lost = rises.select((horizon.light - light) * weight, 0.0);
@@ -112,12 +141,20 @@ impl PixelMethod for Agtao<'_> {
         let [turn, jitter] = noise_at(simd, x, y);
         let inverse = 1.0 / self.params.slices as f32;
         let (mut lost, mut open) = (F::new(simd, 0.0), F::new(simd, 0.0));
+        let mut direction = (turn * (PI * inverse)).cos_sin_of_half_turn();
         for s in 0..self.params.slices {
-            let slice = Slice::new(p, (turn + s as f32) * inverse);
+            let slice = Slice::towards(p, direction);
             let jitter = (jitter + s as f32 * 0.618_034).fract();
             lost += slice.normal_length * self.lost(p, &slice, jitter);
             open += slice.normal_length * slice.open();
+            direction = turned(direction, self.cos_sin_turn);
         }
         power((1.0 - lost / open.max(1e-6)).saturate(), self.params.power)
     }
+}
+
+/// A direction after a turn with a cosine and a sine.
+#[inline(always)]
+fn turned<S: Wide>((x, y): (F<S>, F<S>), [cos, sin]: [f32; 2]) -> (F<S>, F<S>) {
+    (x.mul_add(cos, y * -sin), y.mul_add(cos, x * sin))
 }

@@ -1,7 +1,7 @@
 //! An edge-aware 5x5 filter: neighbours count as far as they lie on the pixel's plane and face its way.
 // As XeGTAO's denoiser in purpose; that one finds edges by depth alone and is 3x3, repeated.
 
-use super::gtao::power;
+use super::cubic::Power;
 use super::lanes::{F, LANES};
 use super::screen::{Pixels, Screen};
 use super::vector::V3;
@@ -77,6 +77,7 @@ impl Kernel for Row<'_> {
             normal: [[[0.0; COLUMNS]; 3]; ROWS],
             visibility: [[0.0; COLUMNS]; ROWS],
         };
+        let facing = Power::new(by.normal);
         for (tile, line) in line.chunks_mut(TILE).enumerate() {
             let x = tile * TILE;
             let columns = (line.len() + 2 * REACH).next_multiple_of(LANES);
@@ -85,7 +86,7 @@ impl Kernel for Row<'_> {
             }
             for (i, out) in line.chunks_mut(LANES).enumerate() {
                 let p = screen.pixels(simd.wide(), x + i * LANES, y);
-                let filtered = filtered((screen, by), &p, (&seen, i * LANES));
+                let filtered = filtered((screen, by, facing), &p, (&seen, i * LANES));
                 out.copy_from_slice(&filtered.array()[..out.len()]);
             }
         }
@@ -131,7 +132,7 @@ impl Neighbours {
 
 #[inline(always)]
 fn filtered<S: Wide>(
-    (screen, by): (&Screen<'_>, Denoise),
+    (screen, by, facing): (&Screen<'_>, Denoise, Power),
     p: &Pixels<S>,
     (seen, x): (&Neighbours, usize),
 ) -> F<S> {
@@ -157,7 +158,7 @@ fn filtered<S: Wide>(
             let [nx, ny, nz] = &seen.normal[dy];
             let normal =
                 V3 { x: load(simd, nx, x + dx), y: load(simd, ny, x + dx), z: load(simd, nz, x + dx) };
-            let facing = power(normal.dot(p.normal).max(0.0), by.normal);
+            let facing = facing.of(normal.dot(p.normal).max(0.0));
             let spatial = SPATIAL[dx.abs_diff(REACH)] * SPATIAL[dy.abs_diff(REACH)];
             let weight = away.mul_add(-tolerance * spatial, spatial).max(0.0) * facing;
             sum = load(simd, &seen.visibility[dy], x + dx).mul_add(weight, sum);

@@ -4,6 +4,7 @@
 //! those of its source; [`Classic`] names them, sets them by name, and runs them on the calling thread's pool.
 
 pub mod agtao;
+mod cubic;
 mod denoise;
 pub mod gtao;
 pub mod hbao;
@@ -19,6 +20,7 @@ mod screen;
 mod slice;
 pub mod ssao;
 pub mod ssdo;
+mod stride;
 #[cfg(test)]
 mod tests;
 pub mod vbao;
@@ -259,9 +261,7 @@ pub(crate) fn horizon_rows(
 ) {
     let screen = Screen::new(gbuffer, params);
     let method = &agtao::Agtao::new(&screen, HORIZONS);
-    for (i, line) in rows.chunks_exact_mut(gbuffer.width()).enumerate() {
-        isa.run(Row { screen: &screen, method, y: first + i, line });
-    }
+    isa.run(Rows { screen: &screen, method, first, rows });
 }
 
 /// The same after the filter; `visibility` is what [`horizon_rows`] wrote, all of it. The background is 1.
@@ -290,8 +290,8 @@ trait PixelMethod: Sync {
 fn finish(screen: &Screen<'_>, method: &impl PixelMethod, by: Denoise, isa: Isa) -> Vec<f32> {
     let (width, height) = screen.size();
     let mut visibility = vec![1.0; width * height];
-    visibility.par_chunks_mut(width).enumerate().for_each(|(y, line)| {
-        isa.run(Row { screen, method, y, line });
+    visibility.par_chunks_mut(width * BAND).enumerate().for_each(|(band, rows)| {
+        isa.run(Rows { screen, method, first: band * BAND, rows });
     });
     denoise::denoise(screen, by, &mut visibility, isa);
     let background = |i: usize| !screen.gbuffer().is_foreground(i);
@@ -299,20 +299,33 @@ fn finish(screen: &Screen<'_>, method: &impl PixelMethod, by: Denoise, isa: Isa)
     visibility
 }
 
-struct Row<'a, M> {
+/// Consecutive rows that a thread works on. guess
+const BAND: usize = 45;
+/// Columns that are worked on together: what far taps of a row looked at is still in the cache for those of the next.
+// Measured at 1280x720: 64, 128 and 256 alike, 4 ms less than whole rows.
+const TILE: usize = 64;
+
+struct Rows<'a, M> {
     screen: &'a Screen<'a>,
     method: &'a M,
-    y: usize,
-    line: &'a mut [f32],
+    /// Number of the first row.
+    first: usize,
+    rows: &'a mut [f32],
 }
 
-impl<M: PixelMethod> Kernel for Row<'_, M> {
+impl<M: PixelMethod> Kernel for Rows<'_, M> {
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
-        for (i, out) in self.line.chunks_mut(LANES).enumerate() {
-            let at = (i * LANES, self.y);
-            let visibility = self.method.visibility(&self.screen.pixels(simd.wide(), at.0, at.1), at);
-            out.copy_from_slice(&visibility.array()[..out.len()]);
+        let width = self.screen.size().0;
+        for left in (0..width).step_by(TILE) {
+            for (i, row) in self.rows.chunks_exact_mut(width).enumerate() {
+                let tile = &mut row[left..width.min(left + TILE)];
+                for (group, out) in tile.chunks_mut(LANES).enumerate() {
+                    let at = (left + group * LANES, self.first + i);
+                    let p = self.screen.pixels(simd.wide(), at.0, at.1);
+                    out.copy_from_slice(&self.method.visibility(&p, at).array()[..out.len()]);
+                }
+            }
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use super::lanes::{F, LANES, Mask};
 use super::vector::V3;
-use super::whole::U;
+use super::whole::{U, Whole};
 use crate::ao_image::AoParams;
 use crate::camera::Projection;
 use crate::gbuffer::GBuffer;
@@ -19,7 +19,6 @@ pub(crate) struct Screen<'a> {
     pub(crate) radius: f32,
     /// World units a pixel: the first times the depth plus the second. One of them is 0.
     pixel_size: [f32; 2],
-    perspective: bool,
     /// The middle of the frame (x, y) [px].
     centre: [f32; 2],
 }
@@ -30,11 +29,17 @@ pub(crate) struct Pixels<S: Wide> {
     /// Pixel coordinates; whole numbers are the centres.
     pub(crate) x: F<S>,
     pub(crate) y: F<S>,
+    /// The same as whole numbers, and row-major.
+    pub(crate) column: U<S>,
+    pub(crate) row: U<S>,
+    pub(crate) index: U<S>,
     /// View space.
     pub(crate) position: V3<S>,
     pub(crate) normal: V3<S>,
     /// Unit vector towards the camera.
     pub(crate) to_viewer: V3<S>,
+    /// Length of the pixel's ray for each unit of depth.
+    pub(crate) ray_length: F<S>,
     /// The AO radius on the screen [px].
     pub(crate) radius_px: F<S>,
 }
@@ -57,7 +62,7 @@ impl<'a> Screen<'a> {
         let perspective = matches!(camera.projection, Projection::Perspective { .. });
         let pixel_size = if perspective { [1.0 / focal, 0.0] } else { [0.0, 1.0 / focal] };
         let centre = [gbuffer.width(), gbuffer.height()].map(|side| 0.5 * side as f32 - 0.5);
-        Self { gbuffer, radius: params.radius, pixel_size, perspective, centre }
+        Self { gbuffer, radius: params.radius, pixel_size, centre }
     }
 
     pub(crate) fn gbuffer(&self) -> &'a GBuffer {
@@ -84,13 +89,22 @@ impl<'a> Screen<'a> {
         let mut edge = [[0.0; 3]; LANES];
         let normals = neighbours(self.row(self.gbuffer.normal(), y), x, &mut edge);
         let (px, py) = (F::counting_from(simd, x as f32), F::new(simd, y as f32));
-        let position = self.position(px, py, depth);
+        let (column, row) = (px.round(), (y as u32).whole_lanes(simd));
+        // Where the ray through the pixel is one unit of depth farther.
+        let ([cx, cy], slope) = (self.centre, self.pixel_size[0]);
+        let ray = V3 { x: (px - cx) * slope, y: (cy - py) * slope, z: F::new(simd, -1.0) };
+        let squared = ray.dot(ray);
+        let inverse = squared.inverse_sqrt();
         Pixels {
             x: px,
             y: py,
-            position,
+            column,
+            row,
+            index: row * self.gbuffer.width() as u32 + column,
+            position: self.position(px, py, depth),
             normal: V3::from_triples(simd, normals),
-            to_viewer: self.to_viewer(position),
+            to_viewer: ray * -inverse,
+            ray_length: squared * inverse,
             radius_px: self.radius / self.pixel_size(depth),
         }
     }
@@ -127,16 +141,6 @@ impl<'a> Screen<'a> {
         let ([cx, cy], slope) = (self.centre, self.pixel_size[0]);
         let (x, y) = ((p.x - cx) * slope, (cy - p.y) * slope);
         x.mul_add(p.normal.x, y.mul_add(p.normal.y, -p.normal.z))
-    }
-
-    /// Unit vector from a view-space position towards the camera.
-    #[inline(always)]
-    pub(crate) fn to_viewer<S: Wide>(&self, position: V3<S>) -> V3<S> {
-        if self.perspective {
-            (position * -1.0).normalized()
-        } else {
-            V3::new(position.x.simd(), [0.0, 0.0, 1.0])
-        }
     }
 
     /// Column and row of the pixel nearest to a place on the screen, the edge's where it is outside; whether it is inside.

@@ -14,7 +14,7 @@ pub(crate) struct V3<S: Wide> {
 
 impl<S: Wide> V3<S> {
     /// The same vector for every pixel.
-    #[inline(always)]
+    #[cfg(test)]
     pub(crate) fn new(simd: S, [x, y, z]: [f32; 3]) -> Self {
         Self { x: F::new(simd, x), y: F::new(simd, y), z: F::new(simd, z) }
     }
@@ -43,12 +43,6 @@ impl<S: Wide> V3<S> {
             y: self.z * o.x - self.x * o.z,
             z: self.x * o.y - self.y * o.x,
         }
-    }
-
-    /// Unit length; of a zero vector, zero.
-    #[inline(always)]
-    pub(crate) fn normalized(self) -> Self {
-        self * self.dot(self).max(1e-36).inverse_sqrt()
     }
 }
 

@@ -1,8 +1,8 @@
 //! Whole numbers of sixteen pixels: places in memory, and bits.
 
-use super::lanes::F;
+use super::lanes::{F, Mask};
 use crate::net::cpu::Wide;
-use std::ops::{Add, BitAnd, BitOr, Mul, Shl, Shr, Sub};
+use std::ops::{Add, BitAnd, BitOr, Mul, Neg, Shl, Shr, Sub};
 
 /// A whole number of every pixel; it wraps around.
 #[derive(Debug, Clone, Copy)]
@@ -37,6 +37,12 @@ impl<S: Wide> U<S> {
         F(self.0, self.0.gather(values, self.1))
     }
 
+    /// Whether it is less, both without a sign.
+    #[inline(always)]
+    pub(crate) fn lt(self, other: impl Whole<S>) -> Mask<S> {
+        Mask(self.0, self.0.lt_u(self.1, other.whole_lanes(self.0).1))
+    }
+
     /// How many bits are set.
     #[inline(always)]
     pub(crate) fn count_ones(self) -> Self {
@@ -63,6 +69,14 @@ impl<S: Wide> Whole<S> for u32 {
     #[inline(always)]
     fn whole_lanes(self, simd: S) -> U<S> {
         U(simd, simd.splat_u(self))
+    }
+}
+
+impl<S: Wide> Neg for U<S> {
+    type Output = U<S>;
+    #[inline(always)]
+    fn neg(self) -> U<S> {
+        0.whole_lanes(self.0) - self
     }
 }
 

@@ -41,6 +41,11 @@ pub trait Wide: Copy + Debug {
     fn sqrt(self, a: Self::F) -> Self::F;
     /// One over the square root of numbers above 1e-37, off by less than 1e-6 of it.
     fn inverse_sqrt(self, a: Self::F) -> Self::F;
+    /// The same, off by less than 1e-4 of it.
+    #[inline(always)]
+    fn rough_inverse_sqrt(self, a: Self::F) -> Self::F {
+        self.inverse_sqrt(a)
+    }
 
     /// a < b.
     fn lt(self, a: Self::F, b: Self::F) -> Self::M;
@@ -65,6 +70,8 @@ pub trait Wide: Copy + Debug {
     fn sub_u(self, a: Self::U, b: Self::U) -> Self::U;
     /// a * b.
     fn mul_u(self, a: Self::U, b: Self::U) -> Self::U;
+    /// a < b, both without a sign.
+    fn lt_u(self, a: Self::U, b: Self::U) -> Self::M;
     /// Bits of both.
     fn and_u(self, a: Self::U, b: Self::U) -> Self::U;
     /// Bits of either.
@@ -177,6 +184,7 @@ impl Wide for super::simd::Portable {
         add_u(a: u32, b: u32) -> u32 = a.wrapping_add(b);
         sub_u(a: u32, b: u32) -> u32 = a.wrapping_sub(b);
         mul_u(a: u32, b: u32) -> u32 = a.wrapping_mul(b);
+        lt_u(a: u32, b: u32) -> bool = a < b;
         and_u(a: u32, b: u32) -> u32 = a & b;
         or_u(a: u32, b: u32) -> u32 = a | b;
         shl_u(a: u32, by: u32) -> u32 = if by < 32 { a << by } else { 0 };

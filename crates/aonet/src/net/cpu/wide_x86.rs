@@ -95,12 +95,14 @@ impl Wide for Avx512 {
             let half = _mm512_mul_ps(_mm512_mul_ps(a, _mm512_set1_ps(0.5)), y);
             _mm512_mul_ps(y, _mm512_fnmadd_ps(half, y, _mm512_set1_ps(1.5)))
         };
+        rough_inverse_sqrt(a: F) -> F = _mm512_rsqrt14_ps(a);
         lt(a: F, b: F) -> M = _mm512_cmp_ps_mask::<_CMP_LT_OQ>(a, b);
         le(a: F, b: F) -> M = _mm512_cmp_ps_mask::<_CMP_LE_OQ>(a, b);
         select(m: M, a: F, b: F) -> F = _mm512_mask_blend_ps(m, b, a);
         add_u(a: U, b: U) -> U = _mm512_add_epi32(a, b);
         sub_u(a: U, b: U) -> U = _mm512_sub_epi32(a, b);
         mul_u(a: U, b: U) -> U = _mm512_mullo_epi32(a, b);
+        lt_u(a: U, b: U) -> M = _mm512_cmplt_epu32_mask(a, b);
         and_u(a: U, b: U) -> U = _mm512_and_si512(a, b);
         or_u(a: U, b: U) -> U = _mm512_or_si512(a, b);
         shl_u(a: U, by: U) -> U = _mm512_sllv_epi32(a, by);
@@ -233,6 +235,11 @@ impl Wide for Avx2 {
         add_u(a: U, b: U) -> U = _mm256_add_epi32(a, b);
         sub_u(a: U, b: U) -> U = _mm256_sub_epi32(a, b);
         mul_u(a: U, b: U) -> U = _mm256_mullo_epi32(a, b);
+        lt_u(a: U, b: U) -> M = {
+            // There is no comparison without a sign: a is not the larger one of the two.
+            let not_less = _mm256_cmpeq_epi32(_mm256_max_epu32(a, b), a);
+            _mm256_castsi256_ps(_mm256_xor_si256(not_less, _mm256_set1_epi32(-1)))
+        };
         and_u(a: U, b: U) -> U = _mm256_and_si256(a, b);
         or_u(a: U, b: U) -> U = _mm256_or_si256(a, b);
         shl_u(a: U, by: U) -> U = _mm256_sllv_epi32(a, by);
