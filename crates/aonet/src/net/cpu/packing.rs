@@ -4,7 +4,6 @@ use super::aligned::Aligned;
 use super::precision::Arithmetic;
 use crate::error::Result;
 use crate::net::plan::CHANNEL_BLOCK;
-use half::bf16;
 
 /// Steps above the first that an activation's byte can tell apart, and on each side of 0 that a weight's can.
 const ACTIVATION_STEPS: f32 = 255.0;
@@ -93,11 +92,31 @@ pub(super) fn word(arithmetic: Arithmetic, weights: impl IntoIterator<Item = f32
         bits |= match arithmetic {
             Arithmetic::F32(_) => weight.to_bits(),
             #[cfg(target_arch = "x86_64")]
-            Arithmetic::Bf16(_) => u32::from(bf16::from_f32(weight).to_bits()) << (16 * i),
+            Arithmetic::Bf16(_) => bf16_bits(weight) << (16 * i),
             // Whole numbers between -127 and 127.
             #[cfg(target_arch = "x86_64")]
             Arithmetic::Int8(_) => u32::from(weight as i8 as u8) << (8 * i),
         };
     }
     f32::from_bits(bits)
+}
+
+/// The nearest bfloat16 of a finite number, ties to even.
+fn bf16_bits(value: f32) -> u32 {
+    let bits = value.to_bits();
+    (bits + 0x7fff + (bits >> 16 & 1)) >> 16
+}
+
+#[cfg(test)]
+mod tests {
+    #[test]
+    fn weights_are_rounded_as_others_round_them() {
+        for i in 0..200_000u32 {
+            let value = f32::from_bits(i.wrapping_mul(0x9e37_79b9));
+            if value.is_finite() {
+                let expected = u32::from(half::bf16::from_f32(value).to_bits());
+                assert_eq!(super::bf16_bits(value), expected, "{value:e}");
+            }
+        }
+    }
 }
