@@ -3,6 +3,7 @@
 mod common;
 
 use aonet::net::cpu::{Level, Options, Precision, Session};
+use aonet::net::model::Ranges;
 use aonet::net::{Features, KernelWeights, Model, ModelConfig, Skips, naive};
 use aonet::{AoImage, GBuffer};
 use common::{assert_close, camera, frame, model, params, small, spread};
@@ -146,6 +147,52 @@ fn shipped_networks_say_the_same_in_every_precision() {
             assert!(rms > 0.0 && rms <= PRECISION_TOLERANCE, "{precision}: {rms}");
         }
     }
+}
+
+#[test]
+fn calibration_measures_what_convolutions_read() {
+    let model = model(small(Features::Normal, 4, KernelWeights::Linear), 1);
+    let (first, second) = (frame((90, 50), 1), frame((90, 50), 2));
+    let mut image = AoImage::open(90, 50).unwrap();
+    let mut measure = |frames: &[&GBuffer], level| {
+        let mut ranges = Ranges::new();
+        let options = Options { threads: 2, level, precision: Precision::F32 };
+        let mut session = Session::with_options(&model, (90, 50), options).unwrap();
+        for gbuffer in frames {
+            session.calibrate(gbuffer, params(), &mut image, &mut ranges).unwrap();
+        }
+        ranges
+    };
+    let (one, both) = (measure(&[&first], Level::Portable), measure(&[&first, &second], Level::best()));
+    let convolutions = model.graph().params().into_iter().filter(|p| p.name.ends_with(".weight"));
+    let mut expected: Vec<_> = convolutions
+        .filter(|p| p.name != "head.weight")
+        .map(|p| (p.name.replace(".weight", ""), p.shape[0]))
+        .collect();
+    expected.push(("features".into(), 3 * 4 * 4));
+    expected.sort();
+    let found: Vec<_> = both.iter().map(|(name, channels)| (name.clone(), channels.len())).collect();
+    assert_eq!(found, expected);
+    for (name, channels) in &both {
+        for ([least, most], [inner_least, inner_most]) in channels.iter().zip(&one[name]) {
+            assert!(least <= &(inner_least + 1e-5) && most >= &(inner_most - 1e-5) && least < most, "{name}");
+        }
+    }
+    let partitioned = [&first, &second]
+        .map(|gbuffer| naive::patch_partition(&naive::padded_features(&model, gbuffer, params()), 4));
+    for (c, [least, most]) in both["features"].iter().enumerate() {
+        let of_channel = partitioned.iter().flat_map(|p| p.values.chunks_exact(p.height * p.width).nth(c));
+        let values: Vec<f32> = of_channel.flatten().copied().collect();
+        let expected =
+            values.iter().fold([f32::INFINITY, f32::NEG_INFINITY], |[a, b], v| [a.min(*v), b.max(*v)]);
+        assert_eq!([*least, *most], expected, "channel {c}");
+    }
+
+    let calibrated = model.clone().with_ranges(both).unwrap();
+    let bytes = calibrated.to_bytes(aonet::net::model::Precision::F32).unwrap();
+    assert_eq!(Model::from_bytes(&bytes).unwrap(), calibrated);
+    assert!(model.clone().with_ranges(Ranges::from([("x".into(), vec![[1.0, 0.0]])])).is_err());
+    assert!(model.clone().with_ranges(Ranges::from([("x".into(), vec![[f32::NAN, 0.0]])])).is_err());
 }
 
 #[test]
