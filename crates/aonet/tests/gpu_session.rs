@@ -6,20 +6,24 @@ mod device;
 
 use aonet::net::gpu::{Device, Frame, Offscreen, Options, Precision, Session, Textures, wgpu};
 use aonet::net::{Features, KernelWeights, Model, ModelConfig, Skips, cpu, naive, shipped};
-use aonet::{AoImage, GBuffer};
+use aonet::{AoImage, Camera, GBuffer, Projection};
 use common::{assert_close, frame, max_error, model, params, small, spread};
 use device::{device, filled, read, target};
 
-/// Largest difference between a session in 32-bit floats and the oracle; outputs lie in [0, 1].
-const TOLERANCE: f32 = 4e-6;
+/// Largest difference between a session in 32-bit floats and the oracle; outputs lie in [0, 1]. Measured: 6e-7, from the
+/// order of summation.
+const TOLERANCE: f32 = 3e-6;
 
-/// The same in 16-bit floats.
-const HALF_TOLERANCE: f32 = 2e-2;
+/// The same in 16-bit floats, with trained weights. Measured: 9e-4; a step of 8 bits is 4e-3.
+const HALF_TOLERANCE: f32 = 3e-3;
+
+/// Mean difference from the CPU's image where a horizon search takes part: a tap between two pixels may fall on either.
+/// Measured: 9e-5 on a frame of noise, 6e-6 (2e-5 in 16-bit floats) on waves.
+const HORIZON_MEAN_TOLERANCE: f32 = 4e-4;
 
 fn run((device, precision): (&Device, Precision), model: &Model, gbuffer: &GBuffer) -> AoImage {
     let size = (gbuffer.width(), gbuffer.height());
     let mut session = Offscreen::new(device, model, size, precision).unwrap();
-    eprintln!("{precision:?} was asked for, {:?} runs", session.session().precision());
     let mut image = AoImage::open(size.0, size.1).unwrap();
     session.run(gbuffer, params(), &mut image).unwrap();
     image
@@ -98,18 +102,36 @@ fn on_cpu(model: &Model, gbuffer: &GBuffer) -> AoImage {
 fn corrections_of_the_horizon_search() {
     let Some(device) = device() else { return };
     let model = Model::from_bytes(shipped::ANY_RADIUS).unwrap();
-    for size in [(1, 1), (33, 17), (130, 70)] {
-        let gbuffer = frame(size, 4);
-        let (found, expected) = (run((&device, Precision::F32), &model, &gbuffer), on_cpu(&model, &gbuffer));
-        let pairs = found.visibility().iter().zip(expected.visibility());
-        let mean = pairs.map(|(a, b)| (a - b).abs()).sum::<f32>() / (size.0 * size.1) as f32;
-        eprintln!("any_radius {size:?}: mean {mean:e}, largest {:e}", max_error(&found, &expected));
-        assert!(mean <= HORIZON_MEAN_TOLERANCE, "{size:?}: {mean:e}");
+    for gbuffer in [frame((1, 1), 4), frame((33, 17), 4), frame((130, 70), 4), waves((120, 80))] {
+        let expected = on_cpu(&model, &gbuffer);
+        for precision in [Precision::F32, Precision::F16] {
+            let found = run((&device, precision), &model, &gbuffer);
+            let pairs = found.visibility().iter().zip(expected.visibility());
+            let mean = pairs.map(|(a, b)| (a - b).abs()).sum::<f32>() / expected.visibility().len() as f32;
+            let what = format!("{}x{}, {precision:?}", gbuffer.width(), gbuffer.height());
+            eprintln!("any_radius, {what}: mean {mean:e}, largest {:e}", max_error(&found, &expected));
+            assert!(mean <= HORIZON_MEAN_TOLERANCE, "{what}: {mean:e}");
+        }
     }
 }
 
-/// Mean difference from the CPU's image where a horizon search takes part: a tap between two pixels may fall on either.
-const HORIZON_MEAN_TOLERANCE: f32 = 1e-3;
+/// A curved surface that occludes itself, with a hole.
+fn waves((width, height): (usize, usize)) -> GBuffer {
+    let view = (glam::Vec3::ZERO, -glam::Vec3::Z, glam::Vec3::Y);
+    let fov = Projection::Perspective { fov_y: 1.0 };
+    let camera = Camera::look_at(view, fov, (width, height), 0.0).unwrap();
+    let depth_at = |x: usize, y: usize| 3.0 + 0.4 * (x as f32 * 0.2).sin() * (y as f32 * 0.15).cos();
+    let (mut depth, mut normal) = (Vec::new(), Vec::new());
+    for i in 0..width * height {
+        let (x, y) = (i % width, i / width);
+        let at = |x: usize, y: usize| camera.position_view(x, y, depth_at(x, y));
+        let across = (at(x + 1, y) - at(x, y)).cross(at(x, y) - at(x, y + 1));
+        normal.push(across.normalize().to_array());
+        let hole = (x as f32 - 30.0).hypot(y as f32 - 30.0) < 8.0;
+        depth.push(if hole { f32::INFINITY } else { depth_at(x, y) });
+    }
+    GBuffer::new(camera, depth, normal).unwrap()
+}
 
 /// Inputs of a session with the default encodings but linear depth.
 struct Inputs {
@@ -158,11 +180,13 @@ fn outputs_of_8_and_16_bits_round_the_image() {
     let model = model(small(Features::Normal, 4, KernelWeights::Linear), 1);
     let gbuffer = frame((50, 30), 5);
     let expected = naive::run(&model, &gbuffer, params()).unwrap();
-    for (output, step) in [(wgpu::TextureFormat::R8Unorm, 1.0 / 255.0), (wgpu::TextureFormat::R16Float, 5e-4)]
+    // Half floats may be cut off instead of rounded: a whole step.
+    for (output, off) in
+        [(wgpu::TextureFormat::R8Unorm, 0.5 / 255.0), (wgpu::TextureFormat::R16Float, 4.9e-4)]
     {
         let session = session(&device, &model, (50, 30), Options { output, ..OPTIONS });
         let found = encode(&device, &session, &gbuffer, output);
-        assert_close(&found, &expected, (0.5 * step + TOLERANCE, &format!("{output:?}")));
+        assert_close(&found, &expected, (off + TOLERANCE, &format!("{output:?}")));
     }
 }
 
@@ -219,6 +243,20 @@ fn a_changed_weight_is_noticed() {
     let expected = naive::run(&model, &gbuffer, params()).unwrap();
     let found = run((&device, Precision::F32), &changed, &gbuffer);
     assert!(max_error(&found, &expected) > 10.0 * TOLERANCE);
+}
+
+#[test]
+fn a_lost_device_is_an_error() {
+    let Some(device) = device() else { return };
+    let model = model(small(Features::Normal, 4, KernelWeights::Linear), 1);
+    let gbuffer = frame((20, 10), 1);
+    let mut session = Offscreen::new(&device, &model, (20, 10), Precision::F32).unwrap();
+    let mut image = AoImage::open(20, 10).unwrap();
+    session.run(&gbuffer, params(), &mut image).unwrap();
+    device.device.destroy();
+    let found = session.run(&gbuffer, params(), &mut image).unwrap_err().to_string();
+    assert!(found.contains("device"), "{found}");
+    assert!(Offscreen::new(&device, &model, (20, 10), Precision::F32).is_err());
 }
 
 #[test]

@@ -130,3 +130,15 @@ fn check_limits(limits: &wgpu::Limits) -> Result<()> {
     }
     Ok(())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn devices_made_for_less_than_webgpu_promises_are_refused() {
+        assert!(check_limits(&wgpu::Limits::defaults()).is_ok());
+        let error = check_limits(&wgpu::Limits::downlevel_defaults()).unwrap_err().to_string();
+        assert!(error.contains("storage buffers") && error.contains("at least 8"), "{error}");
+    }
+}

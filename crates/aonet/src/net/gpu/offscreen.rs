@@ -78,6 +78,12 @@ impl Offscreen {
             let found = format!("{}x{}", image.width(), image.height());
             return Err(Error::size("AO image of a session", format!("{width}x{height}"), found));
         }
+        scoped(&self.device.device, "frame", || self.submit(gbuffer, params))?;
+        self.download(image)
+    }
+
+    fn submit(&self, gbuffer: &GBuffer, params: AoParams) -> Result<()> {
+        let (width, height) = self.session.plan().size;
         let frame = Frame { camera: *gbuffer.camera(), far: f32::INFINITY, params };
         let mut encoder = self.device.device.create_command_encoder(&Default::default());
         self.session.encode(&mut encoder, &self.view, &frame)?;
@@ -90,7 +96,7 @@ impl Offscreen {
         let to = wgpu::TexelCopyBufferInfo { buffer: &self.back, layout };
         encoder.copy_texture_to_buffer(self.visibility.as_image_copy(), to, extent((width, height)));
         self.device.queue.submit([encoder.finish()]);
-        self.download(image)
+        Ok(())
     }
 
     fn upload(&self, gbuffer: &GBuffer) {

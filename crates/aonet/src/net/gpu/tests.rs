@@ -132,6 +132,7 @@ fn nmse(found: &[f32], expected: &[f32]) -> f64 {
 fn assert_close(found: &[f32], expected: &[f32], (precision, what): (Precision, &str)) {
     let error = nmse(found, expected);
     let most = MAX_NMSE.iter().find(|(p, _)| *p == precision).unwrap().1;
+    eprintln!("MEASURE {precision:?} {error:e} {what}");
     // NaN is no match either.
     assert!(error <= most, "{what}, {precision:?}: NMSE {error:e}");
 }
@@ -373,6 +374,14 @@ fn heads() {
     }
     for size in [(1, 1), (17, 3), (33, 9)] {
         check_head(&on, 33, (4, Linear), size);
+    }
+}
+
+#[test]
+fn buffers_beyond_the_devices_limit_are_errors() {
+    for (context, _) in contexts() {
+        let error = context.storage("everything", usize::MAX / 2).unwrap_err().to_string();
+        assert!(error.contains("everything") && error.contains("limit"), "{error}");
     }
 }
 
