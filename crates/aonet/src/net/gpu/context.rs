@@ -3,12 +3,12 @@
 use super::options::Precision;
 use crate::error::{Error, Result};
 use half::f16;
-use wgpu::util::{BufferInitDescriptor, DeviceExt};
 
 /// A device and the numbers it computes with.
 #[derive(Debug, Clone)]
 pub(super) struct Context {
     pub(super) device: wgpu::Device,
+    pub(super) queue: wgpu::Queue,
     pub(super) precision: Precision,
 }
 
@@ -54,8 +54,10 @@ impl Context {
     }
 
     fn filled(&self, label: &str, contents: &[u8], usage: wgpu::BufferUsages) -> Result<wgpu::Buffer> {
-        self.check_bytes(label, contents.len())?;
-        Ok(self.device.create_buffer_init(&BufferInitDescriptor { label: Some(label), contents, usage }))
+        // Mapping a buffer where there is no memory for it would panic; writing to it is an error.
+        let buffer = self.buffer(label, contents.len(), usage | wgpu::BufferUsages::COPY_DST)?;
+        self.queue.write_buffer(&buffer, 0, contents);
+        Ok(buffer)
     }
 
     /// A buffer that shaders write.
@@ -63,12 +65,15 @@ impl Context {
     /// # Errors
     /// When it is larger than a shader may see.
     pub(super) fn storage(&self, label: &str, bytes: usize) -> Result<wgpu::Buffer> {
+        let copy = wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST;
+        self.buffer(label, bytes, wgpu::BufferUsages::STORAGE | copy)
+    }
+
+    fn buffer(&self, label: &str, bytes: usize, usage: wgpu::BufferUsages) -> Result<wgpu::Buffer> {
         self.check_bytes(label, bytes)?;
-        let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST;
-        let size = bytes as u64;
         Ok(self.device.create_buffer(&wgpu::BufferDescriptor {
             label: Some(label),
-            size,
+            size: bytes as u64,
             usage,
             mapped_at_creation: false,
         }))

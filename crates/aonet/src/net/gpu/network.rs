@@ -20,7 +20,6 @@ const MAX_SOURCES: usize = 4;
 #[derive(Debug)]
 pub(super) struct Network {
     pub(super) context: Context,
-    pub(super) queue: wgpu::Queue,
     pub(super) options: Options,
     pub(super) features: Features,
     pub(super) graph: Graph,
@@ -47,7 +46,11 @@ impl Network {
     ) -> Result<Self> {
         check_limits(&device.limits())?;
         let features = model.config().features;
-        let context = Context { device: device.clone(), precision: precision(device, features, options) };
+        let context = Context {
+            device: device.clone(),
+            queue: queue.clone(),
+            precision: precision(device, features, options),
+        };
         // Its steps are those of every size.
         let plan = Plan::new(model.graph(), 1, 1)?;
         let steps = plan.steps.iter().map(|step| Weighed::new(step, &plan, model, &context));
@@ -55,7 +58,6 @@ impl Network {
             steps: steps.collect::<Result<_>>()?,
             compiler: Compiler::new(device, view::layout(device)),
             context,
-            queue: queue.clone(),
             options,
             features,
             graph: model.graph().clone(),

@@ -78,8 +78,10 @@ impl Offscreen {
             let found = format!("{}x{}", image.width(), image.height());
             return Err(Error::size("AO image of a session", format!("{width}x{height}"), found));
         }
-        scoped(&self.device.device, "frame", || self.submit(gbuffer, params))?;
-        self.download(image)
+        scoped(&self.device.device, "frame", || {
+            self.submit(gbuffer, params)?;
+            self.download(image)
+        })
     }
 
     fn submit(&self, gbuffer: &GBuffer, params: AoParams) -> Result<()> {

@@ -145,7 +145,7 @@ impl Session {
             return Err(Error::size("view of a session", format!("{width}x{height}"), found));
         }
         let bytes = view::frame_bytes(&self.network.options, frame, (width, height))?;
-        self.network.queue.write_buffer(&view.frame, 0, &bytes);
+        self.network.context.queue.write_buffer(&view.frame, 0, &bytes);
         if let Some(range) = &self.sized.extras.depth_range {
             encoder.clear_buffer(range, 0, None);
         }
