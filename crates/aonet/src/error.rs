@@ -54,6 +54,16 @@ pub enum Error {
         /// What the file holds.
         found: String,
     },
+    /// A graphics device that lacks or refuses something.
+    #[error("device: {what}: expected {expected}, found {found}")]
+    Device {
+        /// Which ability, limit or object.
+        what: String,
+        /// What is needed.
+        expected: String,
+        /// What the device has or says.
+        found: String,
+    },
 }
 
 /// `std::result::Result` with this crate's [`Error`].
@@ -83,5 +93,10 @@ impl Error {
     /// A [`Error::Weights`] from anything that can be shown.
     pub fn weights(what: impl ToString, expected: impl ToString, found: impl ToString) -> Self {
         Self::Weights { what: what.to_string(), expected: expected.to_string(), found: found.to_string() }
+    }
+
+    /// A [`Error::Device`] from anything that can be shown.
+    pub fn device(what: impl ToString, expected: impl ToString, found: impl ToString) -> Self {
+        Self::Device { what: what.to_string(), expected: expected.to_string(), found: found.to_string() }
     }
 }

@@ -1,11 +1,14 @@
 //! The network as a value: a [`ModelConfig`] builds a [`Graph`] once; the backends interpret it.
 //!
-//! [`naive`] is the oracle: plain loops, no tricks. [`cpu`] is the runtime. Both give the same image.
+//! [`naive`] is the oracle: plain loops, no tricks. [`cpu`] is the runtime; with the feature `gpu`, `gpu` is another. All
+//! give the same image.
 
 pub mod arch;
 pub mod config;
 pub mod cpu;
 pub mod features;
+#[cfg(feature = "gpu")]
+pub mod gpu;
 pub mod graph;
 pub mod model;
 pub mod naive;

@@ -1,0 +1,212 @@
+//! Convolutions. See [`crate::net::Op::Conv`].
+
+use super::context::Context;
+use super::memory::{BLOCK, Memory, blocks};
+use super::options::Precision;
+use super::pass::{Binding, Compiler, Pass, Recipe};
+use super::shader::Shader;
+use crate::error::Result;
+use crate::net::graph::{Activation, LEAKY_SLOPE};
+use crate::net::plan::{BufferId, Plan, Resample, Source};
+use crate::net::weights::Weights;
+
+/// Outputs of an invocation.
+const OUTPUTS: usize = 8;
+/// Groups of that many outputs that a workgroup computes at most: they share the inputs. guess: more would leave few
+/// workgroups for coarse levels.
+const MAX_GROUPS: usize = 4;
+/// Columns and rows of a workgroup's invocations.
+pub(super) const TILE: [usize; 2] = [16, 2];
+/// Workgroups below which a dispatch is cut finer. guess: two for each multiprocessor of a large device.
+const ENOUGH_WORKGROUPS: usize = 256;
+/// The binding of the first source.
+const FIRST_SOURCE: usize = 4;
+
+/// A convolution with its weights on the device.
+#[derive(Debug)]
+pub(super) struct Conv {
+    name: String,
+    sources: Vec<Source>,
+    output: BufferId,
+    kind: Kind,
+    tiles: usize,
+    weights: wgpu::Buffer,
+    bias: wgpu::Buffer,
+}
+
+/// What the shader of a convolution is made for.
+#[derive(Debug, Clone)]
+pub(super) struct Kind {
+    pub(super) sources: Vec<Resample>,
+    /// Side of the filter.
+    pub(super) size: usize,
+    pub(super) activation: Activation,
+    /// Groups of eight outputs of a workgroup.
+    pub(super) groups: usize,
+}
+
+impl Conv {
+    /// # Errors
+    /// When its weights are more than a shader may see.
+    pub(super) fn new(
+        context: &Context,
+        plan: &Plan,
+        weights: &Weights,
+        (name, sources, output, [size, groups], activation): (
+            &str,
+            &[Source],
+            BufferId,
+            [usize; 2],
+            Activation,
+        ),
+    ) -> Result<Self> {
+        let outputs = plan.buffers[output].channels.div_ceil(OUTPUTS);
+        let tiles = outputs.div_ceil(MAX_GROUPS);
+        let filters = Filters {
+            sources: sources.iter().map(|s| plan.buffers[s.buffer].channels).collect(),
+            outputs: plan.buffers[output].channels,
+            taps: size * size,
+            groups,
+            tile: outputs.div_ceil(tiles) * OUTPUTS,
+        };
+        let weight = &weights.get(&format!("{name}.weight")).values;
+        let mut bias = weights.get(&format!("{name}.bias")).values.clone();
+        bias.resize(tiles * filters.tile, 0.0);
+        Ok(Self {
+            name: name.to_owned(),
+            sources: sources.to_vec(),
+            output,
+            kind: Kind {
+                sources: sources.iter().map(|s| s.resample).collect(),
+                size,
+                activation,
+                groups: filters.tile / OUTPUTS,
+            },
+            tiles,
+            weights: context.reals(name, &filters.packed(weight, tiles))?,
+            bias: context.floats(name, &bias)?,
+        })
+    }
+
+    /// The dispatch for a plan.
+    ///
+    /// # Errors
+    /// Never for what [`Plan`] makes.
+    pub(super) fn pass(&self, context: &Context, compiler: &Compiler, at: (&Plan, &Memory)) -> Result<Pass> {
+        let output = &at.0.buffers[self.output];
+        self.pass_of_rows(context, compiler, at, rows((output.width, output.height), self.tiles))
+    }
+
+    /// The same with so many rows an invocation.
+    pub(super) fn pass_of_rows(
+        &self,
+        context: &Context,
+        compiler: &Compiler,
+        (plan, memory): (&Plan, &Memory),
+        rows: usize,
+    ) -> Result<Pass> {
+        let output = &plan.buffers[self.output];
+        let (mut shape, mut first) = (vec![], 0);
+        for source in &self.sources {
+            let from = &plan.buffers[source.buffer];
+            shape.extend([from.width, from.height, first, 0]);
+            first += blocks(from.channels);
+        }
+        let header = [output.width, output.height, first, blocks(output.channels)];
+        let shape = context.uniform(&self.name, &[&header[..], &shape].concat())?;
+        let mut bindings = vec![
+            Binding::Uniform(&shape),
+            Binding::Read(&self.weights),
+            Binding::Read(&self.bias),
+            Binding::Write(memory.of(self.output)),
+        ];
+        bindings.extend(self.sources.iter().map(|s| Binding::Read(memory.of(s.buffer))));
+        let recipe = Recipe {
+            label: &self.name,
+            shader: self.kind.shader(context.precision, rows),
+            sees_frame: false,
+        };
+        let workgroups = workgroups((output.width, output.height), rows, self.tiles);
+        Ok(Pass::new(compiler, &recipe, &bindings, workgroups))
+    }
+}
+
+impl Kind {
+    /// The shader for so many rows an invocation.
+    pub(super) fn shader(&self, precision: Precision, rows: usize) -> Shader {
+        let mut shader = Shader::new(precision)
+            .number("SIZE", self.size)
+            .number("ROWS", rows)
+            .number("GROUPS", self.groups)
+            .number("SOURCES", self.sources.len())
+            .number("FIRST_SOURCE", FIRST_SOURCE)
+            .flag("LEAKY", self.activation == Activation::LeakyRelu)
+            .float("LEAKY_SLOPE", LEAKY_SLOPE)
+            .part(include_str!("conv.wgsl"));
+        let mut read = String::from("fn fetch(block: u32, cell: vec2<i32>) -> vec4<f32> {\n");
+        for (i, resample) in self.sources.iter().enumerate() {
+            let (pool, upsample) = match resample {
+                Resample::None => (1, false),
+                Resample::AvgPool(side) => (*side, false),
+                Resample::Upsample2 => (1, true),
+            };
+            shader = shader
+                .part(&format!("const POOL_{i}: i32 = {pool};"))
+                .flag(&format!("UPSAMPLE_{i}"), upsample)
+                .part(&include_str!("resample.wgsl").replace("NTH", &i.to_string()));
+            let call = format!("return read_{i}(block - conv.sources[{i}].z, cell);");
+            read += &match i + 1 < self.sources.len() {
+                true => format!("    if (block < conv.sources[{}].z) {{ {call} }}\n", i + 1),
+                false => format!("    {call}\n}}"),
+            };
+        }
+        shader.part(&read)
+    }
+}
+
+/// Rows of an invocation: fewer where there would be too few workgroups.
+pub(super) fn rows(cells: (usize, usize), tiles: usize) -> usize {
+    let enough =
+        |rows: &usize| workgroups(cells, *rows, tiles).iter().product::<usize>() >= ENOUGH_WORKGROUPS;
+    [4, 2].into_iter().find(enough).unwrap_or(1)
+}
+
+/// Workgroups for images of cells (width, height).
+pub(super) fn workgroups((width, height): (usize, usize), rows: usize, tiles: usize) -> [usize; 3] {
+    [width.div_ceil(TILE[0]), height.div_ceil(TILE[1] * rows), tiles]
+}
+
+/// The shape of a convolution's weights.
+struct Filters {
+    /// Channels of each source.
+    sources: Vec<usize>,
+    outputs: usize,
+    taps: usize,
+    /// Of the convolution: channels of other groups get filters of zeros.
+    groups: usize,
+    /// Outputs of a workgroup.
+    tile: usize,
+}
+
+impl Filters {
+    /// By tile of outputs, block of inputs, tap, input of the block, output of the tile. Sources begin with a block.
+    fn packed(&self, weight: &[f32], tiles: usize) -> Vec<f32> {
+        let mut place = Vec::new();
+        let mut in_blocks = 0;
+        for channels in &self.sources {
+            place.extend((0..*channels).map(|c| in_blocks * BLOCK + c));
+            in_blocks += blocks(*channels);
+        }
+        let mut packed = vec![0.0; tiles * in_blocks * BLOCK * self.taps * self.tile];
+        let inputs = place.len() / self.groups;
+        for (i, value) in weight.iter().enumerate() {
+            let (tap, i) = (i % self.taps, i / self.taps);
+            let (input, output) = (i % inputs, i / inputs);
+            let input = place[output / (self.outputs / self.groups) * inputs + input];
+            let block = output / self.tile * in_blocks + input / BLOCK;
+            let line = (block * self.taps + tap) * BLOCK + input % BLOCK;
+            packed[line * self.tile + output % self.tile] = *value;
+        }
+        packed
+    }
+}

@@ -1,0 +1,93 @@
+//! A device for programs that do not render: servers, commands, tests.
+
+use crate::error::{Error, Result};
+use std::pin::pin;
+use std::task::{Context, Poll, Waker};
+
+/// A device, its queue and where they come from.
+#[derive(Debug, Clone)]
+pub struct Device {
+    /// Name, driver and kind of the adapter.
+    pub adapter: wgpu::AdapterInfo,
+    /// With half floats, timestamps and textures of 16 bits where the adapter has them.
+    pub device: wgpu::Device,
+    /// Its queue.
+    pub queue: wgpu::Queue,
+}
+
+/// Features that are asked for where they exist: see [`Device::device`].
+const WANTED: wgpu::Features = wgpu::Features::SHADER_F16
+    .union(wgpu::Features::TIMESTAMP_QUERY)
+    .union(wgpu::Features::TEXTURE_FORMAT_16BIT_NORM);
+
+impl Device {
+    /// The fastest adapter of this machine, with no window.
+    ///
+    /// # Errors
+    /// When there is none, or it gives no device.
+    pub async fn request() -> Result<Self> {
+        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
+        let adapter = instance
+            .request_adapter(&wgpu::RequestAdapterOptions {
+                power_preference: wgpu::PowerPreference::HighPerformance,
+                ..Default::default()
+            })
+            .await
+            .map_err(|e| Error::device("adapter", "one that computes", e))?;
+        let limits = adapter.limits();
+        let descriptor = wgpu::DeviceDescriptor {
+            label: Some("aonet"),
+            required_features: adapter.features() & WANTED,
+            // What images of any size need; else what every adapter has.
+            required_limits: wgpu::Limits {
+                max_buffer_size: limits.max_buffer_size,
+                max_storage_buffer_binding_size: limits.max_storage_buffer_binding_size,
+                max_texture_dimension_2d: limits.max_texture_dimension_2d,
+                ..wgpu::Limits::default()
+            },
+            ..Default::default()
+        };
+        let (device, queue) = adapter
+            .request_device(&descriptor)
+            .await
+            .map_err(|e| Error::device("device", "WebGPU's default limits", e))?;
+        Ok(Self { adapter: adapter.get_info(), device, queue })
+    }
+
+    /// The same, waiting for it.
+    ///
+    /// # Errors
+    /// As [`Device::request`].
+    #[cfg(not(target_arch = "wasm32"))]
+    pub fn wait_for() -> Result<Self> {
+        let mut request = pin!(Self::request());
+        loop {
+            if let Poll::Ready(device) = request.as_mut().poll(&mut Context::from_waker(Waker::noop())) {
+                return device;
+            }
+            std::thread::yield_now();
+        }
+    }
+}
+
+/// What `make` makes; an error instead where the device has something against it.
+///
+/// Browsers tell later what they have against it, to the device's own handler.
+pub(super) fn scoped<T>(device: &wgpu::Device, what: &str, make: impl FnOnce() -> Result<T>) -> Result<T> {
+    use wgpu::ErrorFilter::{Internal, OutOfMemory, Validation};
+    if cfg!(target_arch = "wasm32") {
+        return make();
+    }
+    let scopes = [Validation, OutOfMemory, Internal].map(|filter| device.push_error_scope(filter));
+    let made = make();
+    let mut found = None;
+    for scope in scopes.into_iter().rev() {
+        if let Poll::Ready(error) = pin!(scope.pop()).poll(&mut Context::from_waker(Waker::noop())) {
+            found = found.or(error);
+        }
+    }
+    match found {
+        Some(error) => Err(Error::device(what, "what the device accepts", error)),
+        None => made,
+    }
+}

@@ -1,0 +1,144 @@
+//! The 1x1 convolution at the end and the image that it gives, in one dispatch. See [`crate::net::Op::KernelPredict`];
+//! AO-Net §3.3, Eq. 2.
+
+use super::context::Context;
+use super::conv;
+use super::memory::{BLOCK, Memory, blocks};
+use super::options::Precision;
+use super::pass::{Binding, Compiler, Pass, Recipe};
+use super::shader::Shader;
+use crate::error::Result;
+use crate::net::config::KernelWeights;
+use crate::net::graph::{GUIDE_CHANNELS, TAPS, WINDOW};
+use crate::net::plan::{BufferId, Plan};
+use crate::net::weights::Weights;
+
+/// Invocations that share out the pixels of a patch at most.
+const MAX_GROUPS: usize = 4;
+
+/// The last step of a network.
+#[derive(Debug)]
+pub(super) struct Head {
+    input: BufferId,
+    guide: BufferId,
+    patch: usize,
+    kernel: KernelWeights,
+    weights: wgpu::Buffer,
+    bias: wgpu::Buffer,
+}
+
+impl Head {
+    /// # Errors
+    /// When its weights are more than a shader may see.
+    pub(super) fn new(
+        context: &Context,
+        plan: &Plan,
+        weights: &Weights,
+        (name, [input, guide], patch, kernel): (&str, [BufferId; 2], usize, KernelWeights),
+    ) -> Result<Self> {
+        let order = order(patch, kernel);
+        let weight = &weights.get(&format!("{name}.weight")).values;
+        let bias = &weights.get(&format!("{name}.bias")).values;
+        let channels = plan.buffers[input].channels;
+        let value = |output: Option<usize>, input: usize| match output {
+            Some(output) if input < channels => weight[output * channels + input],
+            Some(_) | None => 0.0,
+        };
+        let group = out_blocks(kernel) * BLOCK;
+        let mut packed = Vec::new();
+        for outputs in order.chunks_exact(group) {
+            for block in 0..blocks(channels) {
+                for outputs in outputs.chunks_exact(BLOCK) {
+                    let inputs = block * BLOCK..(block + 1) * BLOCK;
+                    packed.extend(inputs.flat_map(|i| outputs.iter().map(move |o| value(*o, i))));
+                }
+            }
+        }
+        let bias: Vec<_> = order.iter().map(|output| output.map_or(0.0, |o| bias[o])).collect();
+        let (weights, bias) = (context.reals(name, &packed)?, context.floats(name, &bias)?);
+        Ok(Self { input, guide, patch, kernel, weights, bias })
+    }
+
+    /// Values that it writes for a plan.
+    pub(super) fn raw_len(plan: &Plan) -> usize {
+        plan.padded.0 * plan.padded.1
+    }
+
+    /// The dispatch for a plan; `raw` gets the visibility before it is clamped, pixel of the patch by pixel.
+    ///
+    /// # Errors
+    /// Never for what [`Plan`] makes.
+    pub(super) fn pass(
+        &self,
+        context: &Context,
+        compiler: &Compiler,
+        (plan, memory): (&Plan, &Memory),
+        raw: &wgpu::Buffer,
+    ) -> Result<Pass> {
+        let input = &plan.buffers[self.input];
+        let cells = (input.width, input.height);
+        let shape = context.uniform("head", &[cells.0, cells.1, blocks(input.channels), 0])?;
+        let rows = conv::rows(cells, 1);
+        let mut bindings = vec![
+            Binding::Uniform(&shape),
+            Binding::Read(&self.weights),
+            Binding::Read(&self.bias),
+            Binding::Write(raw),
+            Binding::Read(memory.of(self.input)),
+        ];
+        match self.kernel {
+            KernelWeights::Off | KernelWeights::Correction => {}
+            KernelWeights::Linear | KernelWeights::Softmax => {
+                bindings.push(Binding::Read(memory.of(self.guide)))
+            }
+        }
+        let shader = shader(context.precision, (self.patch, self.kernel), rows);
+        let recipe = Recipe { label: "head", shader, sees_frame: false };
+        Ok(Pass::new(compiler, &recipe, &bindings, conv::workgroups(cells, rows, 1)))
+    }
+}
+
+/// The shader of a head for so many cells an invocation.
+pub(super) fn shader(precision: Precision, (patch, kernel): (usize, KernelWeights), cells: usize) -> Shader {
+    let pixels = patch * patch;
+    let common = |groups: usize| {
+        Shader::new(precision)
+            .number("PATCH", patch)
+            .number("CELLS", cells)
+            .number("GROUPS", groups.min(MAX_GROUPS))
+            .number("OUT_BLOCKS", out_blocks(kernel))
+            .part(include_str!("head.wgsl"))
+    };
+    match kernel {
+        KernelWeights::Off | KernelWeights::Correction => {
+            common(blocks(pixels)).part(include_str!("patch_merge.wgsl"))
+        }
+        KernelWeights::Linear | KernelWeights::Softmax => common(pixels)
+            .flag("SOFTMAX", kernel == KernelWeights::Softmax)
+            .part(include_str!("kernel_predict.wgsl")),
+    }
+}
+
+/// Blocks of four outputs that are computed together: a kernel for one component of the normal, or four pixels.
+fn out_blocks(kernel: KernelWeights) -> usize {
+    match kernel {
+        KernelWeights::Off | KernelWeights::Correction => 1,
+        KernelWeights::Linear | KernelWeights::Softmax => WINDOW * WINDOW / BLOCK,
+    }
+}
+
+/// The outputs of the convolution in the order in which they are computed; none for places that are left over.
+fn order(patch: usize, kernel: KernelWeights) -> Vec<Option<usize>> {
+    let pixels = patch * patch;
+    match kernel {
+        KernelWeights::Off | KernelWeights::Correction => {
+            (0..pixels.next_multiple_of(BLOCK)).map(|o| (o < pixels).then_some(o)).collect()
+        }
+        KernelWeights::Linear | KernelWeights::Softmax => {
+            let of_component = |c: usize| (c..TAPS).step_by(GUIDE_CHANNELS);
+            let of_pixel =
+                |p: usize| (0..GUIDE_CHANNELS).flat_map(of_component).map(move |k| Some(p * TAPS + k));
+            (0..pixels).flat_map(of_pixel).collect()
+        }
+    }
+}

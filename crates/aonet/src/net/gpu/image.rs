@@ -1,0 +1,102 @@
+//! The AO texture: a render pass, because few formats of one channel can be written by other shaders.
+
+use super::context::Context;
+use super::features::{self, Extras};
+use super::options::{Options, Precision};
+use super::pass::{Binding, Compiler, group, layout};
+use super::shader::Shader;
+use crate::error::Result;
+
+/// What the image is made of.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Raw<'a> {
+    /// One value a pixel, pixel of the patch by pixel.
+    Pixels(&'a wgpu::Buffer),
+    /// The first channel of blocks of four.
+    FirstChannel(&'a wgpu::Buffer),
+}
+
+/// The last pass.
+#[derive(Debug)]
+pub(super) struct Image {
+    pipeline: wgpu::RenderPipeline,
+    group: wgpu::BindGroup,
+}
+
+impl Image {
+    /// # Errors
+    /// Never.
+    pub(super) fn new(
+        (context, options): (&Context, &Options),
+        compiler: &Compiler,
+        raw: Raw<'_>,
+        (patch, cells, extras): (usize, (usize, usize), &Extras),
+        corrects: bool,
+    ) -> Result<Self> {
+        let (Raw::Pixels(buffer) | Raw::FirstChannel(buffer)) = raw;
+        let blocked = matches!(raw, Raw::FirstChannel(_));
+        let shader = shader((context.precision, options), patch, [corrects, blocked]);
+        let size = context.uniform("image", &[cells.0, cells.1])?;
+        let base = extras.horizons.as_ref().map_or(buffer, |h| &h.filtered);
+        let bindings = [Binding::Uniform(&size), Binding::Read(buffer), Binding::Read(base)];
+        let own = layout(&context.device, "image", wgpu::ShaderStages::FRAGMENT, &bindings);
+        let pipeline =
+            pipeline(&context.device, shader.source(), [&compiler.view_layout, &own], options.output);
+        Ok(Self { pipeline, group: group(&context.device, "image", &own, &bindings) })
+    }
+
+    pub(super) fn encode(&self, pass: &mut wgpu::RenderPass<'_>, view: &wgpu::BindGroup) {
+        pass.set_pipeline(&self.pipeline);
+        pass.set_bind_group(0, view, &[]);
+        pass.set_bind_group(1, &self.group, &[]);
+        pass.draw(0..3, 0..1);
+    }
+}
+
+/// The shader of the image; whether it corrects a horizon search, and whether it reads blocks of four channels.
+pub(super) fn shader(of: (Precision, &Options), patch: usize, [corrects, blocked]: [bool; 2]) -> Shader {
+    let (ty, first) = if blocked { ("real4", ".x") } else { ("f32", "") };
+    features::surface(of.0, of.1)
+        .number("PATCH", patch)
+        .flag("CORRECTION", corrects)
+        .part(&include_str!("image.wgsl").replace("RAW", ty).replace("FIRST_CHANNEL", first))
+}
+
+fn pipeline(
+    device: &wgpu::Device,
+    source: &str,
+    groups: [&wgpu::BindGroupLayout; 2],
+    output: wgpu::TextureFormat,
+) -> wgpu::RenderPipeline {
+    let label = Some("image");
+    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+        label,
+        source: wgpu::ShaderSource::Wgsl(source.into()),
+    });
+    let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+        label,
+        bind_group_layouts: &groups.map(Some),
+        immediate_size: 0,
+    });
+    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+        label,
+        layout: Some(&layout),
+        vertex: wgpu::VertexState {
+            module: &module,
+            entry_point: Some("cover"),
+            compilation_options: Default::default(),
+            buffers: &[],
+        },
+        primitive: Default::default(),
+        depth_stencil: None,
+        multisample: Default::default(),
+        fragment: Some(wgpu::FragmentState {
+            module: &module,
+            entry_point: Some("main"),
+            compilation_options: Default::default(),
+            targets: &[Some(output.into())],
+        }),
+        multiview_mask: None,
+        cache: None,
+    })
+}

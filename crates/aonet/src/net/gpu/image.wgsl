@@ -1,0 +1,28 @@
+// The AO texture from what the network computed: in [0, 1], 1 on the background. CPU twin: cpu/image.rs.
+
+@group(1) @binding(0) var<uniform> cells: vec2<u32>;
+@group(1) @binding(1) var<storage, read> raw: array<RAW>;
+/// Visibility that the network corrects; else unused.
+@group(1) @binding(2) var<storage, read> base: array<f32>;
+
+/// A triangle that covers the target.
+@vertex
+fn cover(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
+    return vec4(f32(index & 1u) * 4.0 - 1.0, f32(index >> 1u) * 4.0 - 1.0, 0.0, 1.0);
+}
+
+@fragment
+fn main(@builtin(position) place: vec4<f32>) -> @location(0) vec4<f32> {
+    let pixel = min(vec2<u32>(place.xy), frame.size - 1u);
+    if (depth_at(pixel) >= BACKGROUND) {
+        return vec4(1.0);
+    }
+    let cell = pixel / PATCH;
+    let of_patch = pixel.y % PATCH * PATCH + pixel.x % PATCH;
+    var value = f32(raw[(of_patch * cells.y + cell.y) * cells.x + cell.x]FIRST_CHANNEL);
+    if (CORRECTION) {
+        value += base[pixel.y * frame.size.x + pixel.x];
+    }
+    // NaN, from weights so large that sums overflow, becomes 0.
+    return vec4(select(0.0, min(value, 1.0), value > 0.0));
+}

@@ -1,0 +1,93 @@
+//! Where the activations of a plan are: tensors that are not needed at the same time share a buffer.
+//!
+//! Not one arena, as on the CPU: a dispatch may not read and write parts of the same buffer, and a shader sees 128 MiB
+//! of a buffer at most.
+
+use super::context::Context;
+use crate::error::Result;
+use crate::net::plan::{Buffer, BufferId};
+
+/// Channels that lie side by side.
+pub(super) const BLOCK: usize = 4;
+
+/// Blocks of channels.
+pub(super) fn blocks(channels: usize) -> usize {
+    channels.div_ceil(BLOCK)
+}
+
+/// Buffers that tensors share.
+#[derive(Debug)]
+pub(super) struct Memory {
+    buffers: Vec<wgpu::Buffer>,
+    /// By tensor of the plan.
+    place: Vec<usize>,
+}
+
+impl Memory {
+    /// Memory for the tensors of a plan.
+    ///
+    /// # Errors
+    /// When one of them is larger than a shader may see.
+    pub(super) fn new(context: &Context, tensors: &[Buffer]) -> Result<Self> {
+        let bytes = |b: &Buffer| blocks(b.channels) * BLOCK * b.height * b.width * context.real_bytes();
+        let (place, sizes) = share(tensors, bytes);
+        let buffers = sizes.iter().map(|bytes| context.storage("activations", *bytes));
+        Ok(Self { buffers: buffers.collect::<Result<_>>()?, place })
+    }
+
+    /// Where a tensor is.
+    pub(super) fn of(&self, tensor: BufferId) -> &wgpu::Buffer {
+        &self.buffers[self.place[tensor]]
+    }
+
+    /// In all.
+    pub(super) fn bytes(&self) -> u64 {
+        self.buffers.iter().map(wgpu::Buffer::size).sum()
+    }
+}
+
+/// The buffer of each tensor, and the sizes of the buffers: the smallest free one that is large enough, or the largest free
+/// one, enlarged, or a new one.
+fn share(tensors: &[Buffer], bytes: impl Fn(&Buffer) -> usize) -> (Vec<usize>, Vec<usize>) {
+    let (mut place, mut sizes) = (Vec::<usize>::new(), Vec::<usize>::new());
+    for tensor in tensors {
+        let needed = bytes(tensor);
+        let busy = |buffer: usize| {
+            let at_once = |b: &Buffer| b.live.0 <= tensor.live.1 && tensor.live.0 <= b.live.1;
+            place.iter().zip(tensors).any(|(p, other)| *p == buffer && at_once(other))
+        };
+        let free = (0..sizes.len()).filter(|buffer| !busy(*buffer));
+        // How much must be added comes first, then how much is left over.
+        let waste = |buffer: &usize| (needed.saturating_sub(sizes[*buffer]), sizes[*buffer]);
+        let found = free.min_by_key(waste).unwrap_or(sizes.len());
+        if found == sizes.len() {
+            sizes.push(0);
+        }
+        sizes[found] = sizes[found].max(needed);
+        place.push(found);
+    }
+    (place, sizes)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::net::plan::Plan;
+    use crate::net::{Graph, ModelConfig};
+
+    #[test]
+    fn tensors_of_one_buffer_never_live_at_once() {
+        for config in [ModelConfig::paper(), ModelConfig::any_radius(), ModelConfig::deep_ao()] {
+            let plan = Plan::new(&Graph::new(&config).unwrap(), 640, 360).unwrap();
+            let (place, sizes) = share(&plan.buffers, |b| b.channels * b.height * b.width);
+            for (i, a) in plan.buffers.iter().enumerate() {
+                assert!(sizes[place[i]] >= a.channels * a.height * a.width);
+                for (j, b) in plan.buffers.iter().enumerate().filter(|(j, _)| *j != i) {
+                    let at_once = a.live.0 <= b.live.1 && b.live.0 <= a.live.1;
+                    assert!(!(at_once && place[i] == place[j]), "{i} and {j}");
+                }
+            }
+            assert!(sizes.len() < plan.buffers.len(), "something is shared");
+        }
+    }
+}

@@ -1,0 +1,48 @@
+//! The runtime for graphics processors: a [`Session`] encodes a model's passes into a command encoder of the caller.
+//!
+//! Activations are blocks of four channels, each an image of vectors, in 32- or 16-bit floats. What is fused is what
+//! [`Plan`](super::plan::Plan) says: partition into the features, resampling and concatenation into the convolution that
+//! reads them, the head and its kernels into one dispatch. All of it is WGSL within the default limits of WebGPU.
+//!
+//! ```no_run
+//! use aonet::net::gpu::{Frame, Options, Session, Textures, wgpu};
+//! use aonet::net::{Model, shipped};
+//!
+//! fn once(device: &wgpu::Device, queue: &wgpu::Queue) -> aonet::Result<Session> {
+//!     let model = Model::from_bytes(shipped::ANY_RADIUS)?;
+//!     Session::new((device, queue), &model, (1280, 720), Options::default())
+//! }
+//!
+//! fn frame(session: &Session, of: Textures<'_>, frame: &Frame, encoder: &mut wgpu::CommandEncoder) -> aonet::Result<()> {
+//!     // A view can be kept for as long as the textures are the same.
+//!     let view = session.view(of)?;
+//!     session.encode(encoder, &view, frame)
+//! }
+//! ```
+
+mod agtao;
+mod context;
+mod conv;
+mod device;
+mod features;
+mod head;
+mod image;
+mod memory;
+mod network;
+#[cfg(not(target_arch = "wasm32"))]
+mod offscreen;
+mod options;
+mod pass;
+mod session;
+mod shader;
+#[cfg(test)]
+mod tests;
+mod view;
+
+pub use device::Device;
+#[cfg(not(target_arch = "wasm32"))]
+pub use offscreen::Offscreen;
+pub use options::{DepthEncoding, Frame, NormalEncoding, NormalSpace, Options, Precision};
+pub use session::{Session, Timestamps};
+pub use view::{Textures, View};
+pub use wgpu;

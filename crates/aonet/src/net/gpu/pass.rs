@@ -1,0 +1,165 @@
+//! One dispatch: a pipeline, what it reads and writes, and how many workgroups.
+
+use super::shader::Shader;
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex, PoisonError};
+
+/// A buffer and how a shader sees it.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Binding<'a> {
+    Uniform(&'a wgpu::Buffer),
+    Read(&'a wgpu::Buffer),
+    Write(&'a wgpu::Buffer),
+}
+
+impl<'a> Binding<'a> {
+    fn buffer(self) -> &'a wgpu::Buffer {
+        match self {
+            Self::Uniform(buffer) | Self::Read(buffer) | Self::Write(buffer) => buffer,
+        }
+    }
+
+    fn ty(self) -> wgpu::BufferBindingType {
+        match self {
+            Self::Uniform(_) => wgpu::BufferBindingType::Uniform,
+            Self::Read(_) => wgpu::BufferBindingType::Storage { read_only: true },
+            Self::Write(_) => wgpu::BufferBindingType::Storage { read_only: false },
+        }
+    }
+}
+
+/// The layout of a group of buffers.
+pub(super) fn layout(
+    device: &wgpu::Device,
+    label: &str,
+    stage: wgpu::ShaderStages,
+    bindings: &[Binding<'_>],
+) -> wgpu::BindGroupLayout {
+    let entry = |(binding, of): (usize, &Binding<'_>)| wgpu::BindGroupLayoutEntry {
+        binding: binding as u32,
+        visibility: stage,
+        ty: wgpu::BindingType::Buffer { ty: of.ty(), has_dynamic_offset: false, min_binding_size: None },
+        count: None,
+    };
+    let entries: Vec<_> = bindings.iter().enumerate().map(entry).collect();
+    device
+        .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(label), entries: &entries })
+}
+
+/// A group of buffers.
+pub(super) fn group(
+    device: &wgpu::Device,
+    label: &str,
+    layout: &wgpu::BindGroupLayout,
+    bindings: &[Binding<'_>],
+) -> wgpu::BindGroup {
+    let resources = bindings.iter().map(|of| of.buffer().as_entire_binding());
+    let entry = |(binding, resource)| wgpu::BindGroupEntry { binding, resource };
+    let entries: Vec<_> = (0..).zip(resources).map(entry).collect();
+    device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some(label), layout, entries: &entries })
+}
+
+/// What a shader is compiled to, and the layout of its own buffers.
+#[derive(Debug)]
+pub(super) struct Compiled {
+    pipeline: wgpu::ComputePipeline,
+    layout: wgpu::BindGroupLayout,
+}
+
+/// Compiled shaders by their source: sessions of one network share them.
+#[derive(Debug)]
+pub(super) struct Compiler {
+    pub(super) device: wgpu::Device,
+    /// Layout of the textures of a frame, group 0 of the shaders that see them.
+    pub(super) view_layout: wgpu::BindGroupLayout,
+    compiled: Mutex<HashMap<String, Arc<Compiled>>>,
+}
+
+impl Compiler {
+    pub(super) fn new(device: &wgpu::Device, view_layout: wgpu::BindGroupLayout) -> Self {
+        Self { device: device.clone(), view_layout, compiled: Mutex::default() }
+    }
+
+    fn compile(&self, recipe: &Recipe<'_>, bindings: &[Binding<'_>]) -> Arc<Compiled> {
+        let source = recipe.shader.source();
+        let mut compiled = self.compiled.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(found) = compiled.get(source) {
+            return Arc::clone(found);
+        }
+        let label = Some(recipe.label);
+        let module = self.device.create_shader_module(wgpu::ShaderModuleDescriptor {
+            label,
+            source: wgpu::ShaderSource::Wgsl(source.into()),
+        });
+        let layout = layout(&self.device, recipe.label, wgpu::ShaderStages::COMPUTE, bindings);
+        let groups = [Some(&self.view_layout), Some(&layout)];
+        let pipeline_layout = self.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label,
+            bind_group_layouts: if recipe.sees_frame { &groups } else { &groups[1..] },
+            immediate_size: 0,
+        });
+        let pipeline = self.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+            label,
+            layout: Some(&pipeline_layout),
+            module: &module,
+            entry_point: Some("main"),
+            compilation_options: wgpu::PipelineCompilationOptions {
+                // Every invocation reads what one of its workgroup wrote.
+                zero_initialize_workgroup_memory: false,
+                ..Default::default()
+            },
+            cache: None,
+        });
+        let new = Arc::new(Compiled { pipeline, layout });
+        compiled.insert(source.to_owned(), Arc::clone(&new));
+        new
+    }
+}
+
+/// A shader under a name.
+#[derive(Debug)]
+pub(super) struct Recipe<'a> {
+    pub(super) label: &'a str,
+    pub(super) shader: Shader,
+    /// Whether it reads the textures of a frame.
+    pub(super) sees_frame: bool,
+}
+
+/// A dispatch, ready to be encoded.
+#[derive(Debug)]
+pub(super) struct Pass {
+    pub(super) label: String,
+    compiled: Arc<Compiled>,
+    group: wgpu::BindGroup,
+    sees_frame: bool,
+    workgroups: [u32; 3],
+}
+
+impl Pass {
+    pub(super) fn new(
+        compiler: &Compiler,
+        recipe: &Recipe<'_>,
+        bindings: &[Binding<'_>],
+        workgroups: [usize; 3],
+    ) -> Self {
+        let compiled = compiler.compile(recipe, bindings);
+        let group = group(&compiler.device, recipe.label, &compiled.layout, bindings);
+        Self {
+            label: recipe.label.to_owned(),
+            compiled,
+            group,
+            sees_frame: recipe.sees_frame,
+            workgroups: workgroups.map(|n| n as u32),
+        }
+    }
+
+    pub(super) fn encode(&self, pass: &mut wgpu::ComputePass<'_>, view: &wgpu::BindGroup) {
+        pass.set_pipeline(&self.compiled.pipeline);
+        if self.sees_frame {
+            pass.set_bind_group(0, view, &[]);
+        }
+        pass.set_bind_group(u32::from(self.sees_frame), &self.group, &[]);
+        let [x, y, z] = self.workgroups;
+        pass.dispatch_workgroups(x, y, z);
+    }
+}

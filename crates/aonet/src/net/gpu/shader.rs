@@ -1,0 +1,53 @@
+//! WGSL from parts: constants, then files, one after the other. WGSL itself has no way to include a file.
+
+use super::options::Precision;
+use std::fmt::{Display, Write};
+
+/// A shader that grows.
+#[derive(Debug, Clone)]
+pub(super) struct Shader(String);
+
+impl Shader {
+    /// Nothing but the numbers that activations and weights are made of: `real`, `real4`, `HALF`.
+    pub(super) fn new(precision: Precision) -> Self {
+        let (enable, real) = match precision {
+            Precision::F32 => ("", "f32"),
+            Precision::F16 => ("enable f16;\n", "f16"),
+        };
+        let types = format!("alias real = {real};\nalias real4 = vec4<{real}>;\n");
+        Self(format!("{enable}{types}")).flag("HALF", precision == Precision::F16)
+    }
+
+    /// A whole number.
+    pub(super) fn number(self, name: &str, value: usize) -> Self {
+        self.constant(name, ("u32", format!("{value}u")))
+    }
+
+    /// A number.
+    pub(super) fn float(self, name: &str, value: f32) -> Self {
+        // Rust prints as many digits as it takes to read the same number again.
+        self.constant(name, ("f32", format!("{value:?}f")))
+    }
+
+    /// A condition.
+    pub(super) fn flag(self, name: &str, value: bool) -> Self {
+        self.constant(name, ("bool", value))
+    }
+
+    fn constant(mut self, name: &str, (ty, value): (&str, impl Display)) -> Self {
+        writeln!(self.0, "const {name}: {ty} = {value};").expect("a string takes all");
+        self
+    }
+
+    /// A file, or declarations made elsewhere.
+    pub(super) fn part(mut self, text: &str) -> Self {
+        self.0.push_str(text);
+        self.0.push('\n');
+        self
+    }
+
+    /// The whole.
+    pub(super) fn source(&self) -> &str {
+        &self.0
+    }
+}

@@ -1,0 +1,391 @@
+//! Every shader without a device; every operation on one against the oracle's loops.
+
+use super::context::Context;
+use super::conv::{Conv, Kind};
+use super::device::{Device, scoped};
+use super::head::{self, Head};
+use super::memory::{BLOCK, Memory, blocks};
+use super::options::{DepthEncoding, NormalEncoding, Options, Precision};
+use super::pass::{Compiler, Pass};
+use super::{agtao, features, image, view};
+use crate::net::config::{Features, KernelWeights};
+use crate::net::graph::{Activation, Graph, Op};
+use crate::net::naive::{self, Planes};
+use crate::net::plan::{Buffer, Layout, Plan, Resample, Source};
+use crate::net::weights::{Tensor, Weights};
+use wgpu::naga;
+
+/// Normalised mean square error. Measured: 1.5e-13 from the order of summation, 1.6e-6 from rounding to halves.
+const MAX_NMSE: [(Precision, f64); 2] = [(Precision::F32, 1e-12), (Precision::F16, 1e-5)];
+
+const PRECISIONS: [Precision; 2] = [Precision::F32, Precision::F16];
+
+/// Panics when the shader is no WGSL or needs more memory a workgroup than WebGPU promises.
+fn validate(source: &str, what: &str) {
+    let module = naga::front::wgsl::parse_str(source)
+        .unwrap_or_else(|e| panic!("{what}: {}\n{source}", e.emit_to_string(source)));
+    let capabilities = naga::valid::Capabilities::SHADER_FLOAT16;
+    let mut validator = naga::valid::Validator::new(naga::valid::ValidationFlags::all(), capabilities);
+    validator.validate(&module).unwrap_or_else(|e| panic!("{what}: {}\n{source}", e.emit_to_string(source)));
+    let mut layouter = naga::proc::Layouter::default();
+    layouter.update(module.to_ctx()).unwrap();
+    let of_workgroup =
+        module.global_variables.iter().filter(|(_, v)| v.space == naga::AddressSpace::WorkGroup);
+    let bytes: u32 = of_workgroup.map(|(_, v)| layouter[v.ty].size).sum();
+    assert!(bytes <= wgpu::Limits::defaults().max_compute_workgroup_storage_size, "{what}: {bytes} bytes");
+}
+
+#[test]
+fn every_shader_is_valid() {
+    use KernelWeights::{Correction, Linear, Off, Softmax};
+    use Resample::{AvgPool, None, Upsample2};
+    for precision in PRECISIONS {
+        for rows in [1, 2, 4] {
+            for size in [1, 3] {
+                for sources in
+                    [vec![None], vec![AvgPool(4), Upsample2], vec![Upsample2, None, AvgPool(2), None]]
+                {
+                    let kind = Kind { sources, size, activation: Activation::LeakyRelu, groups: 4 };
+                    validate(kind.shader(precision, rows).source(), &format!("{kind:?}"));
+                }
+            }
+            for patch in [1, 2, 4, 8] {
+                for kernel in [Off, Correction, Linear, Softmax] {
+                    let shader = head::shader(precision, (patch, kernel), rows);
+                    validate(shader.source(), &format!("head {patch} {kernel:?}"));
+                }
+            }
+        }
+        for options in encodings() {
+            let surface = || features::surface(precision, &options);
+            validate(features::depth_range_shader(surface()).source(), "depth range");
+            validate(agtao::search_shader(precision, &options).source(), "agtao");
+            validate(agtao::filter_shader(precision, &options).source(), "denoise");
+            for patch in [1, 4] {
+                for channels in FEATURES {
+                    let shader = features::shader((precision, &options), channels, patch);
+                    validate(shader.source(), &format!("{channels:?} {patch} {options:?}"));
+                }
+                for kind in [[false, false], [true, false], [false, true]] {
+                    validate(image::shader((precision, &options), patch, kind).source(), "image");
+                }
+            }
+        }
+    }
+}
+
+const FEATURES: [Features; 7] = [
+    Features::Normal,
+    Features::NormalEncoded,
+    Features::NormalDepth,
+    Features::NormalDepthNormalized,
+    Features::NormalProjectedRadius,
+    Features::NormalRadiusHorizon,
+    Features::NormalPosition,
+];
+
+fn encodings() -> Vec<Options> {
+    use DepthEncoding::{Linear, Reversed, Standard};
+    use NormalEncoding::{Octahedral, OctahedralUnorm, Plain, Unorm};
+    let depth = |depth| Options { depth, ..Options::default() };
+    let normals = |normals| Options { normals, ..Options::default() };
+    let all = [Plain, Unorm, Octahedral, OctahedralUnorm].map(normals);
+    [Linear, Reversed, Standard].map(depth).into_iter().chain(all).collect()
+}
+
+#[test]
+#[should_panic(expected = "broken")]
+fn a_broken_shader_is_noticed() {
+    validate("fn main() -> u32 { return 1.5; }", "broken");
+}
+
+/// What tests run on, at both precisions if the device has them; none, said so, where there is no device.
+fn contexts() -> Vec<Context> {
+    let Some(device) = test_device() else { return vec![] };
+    let halves = device.device.features().contains(wgpu::Features::SHADER_F16);
+    let precisions = PRECISIONS.into_iter().filter(|p| halves || *p == Precision::F32);
+    let Device { device, queue, .. } = device;
+    precisions.map(|precision| Context { device: device.clone(), queue: queue.clone(), precision }).collect()
+}
+
+fn test_device() -> Option<Device> {
+    match Device::wait_for() {
+        Ok(device) => Some(device),
+        Err(error) if std::env::var_os("AONET_REQUIRE_GPU").is_some_and(|v| v == "1") => panic!("{error}"),
+        Err(error) => {
+            eprintln!("skipped: {error}");
+            None
+        }
+    }
+}
+
+fn nmse(found: &[f32], expected: &[f32]) -> f64 {
+    assert_eq!(found.len(), expected.len());
+    let square = |v: f64| v * v;
+    let error: f64 = found.iter().zip(expected).map(|(a, b)| square(f64::from(*a) - f64::from(*b))).sum();
+    let power: f64 = expected.iter().map(|b| square(f64::from(*b))).sum();
+    assert!(power > 0.0, "nothing to compare with");
+    error / power
+}
+
+fn assert_close(found: &[f32], expected: &[f32], (precision, what): (Precision, &str)) {
+    let error = nmse(found, expected);
+    let most = MAX_NMSE.iter().find(|(p, _)| *p == precision).unwrap().1;
+    // NaN is no match either.
+    assert!(error <= most, "{what}, {precision:?}: NMSE {error:e}");
+}
+
+/// Values in -1..1 that depend on the position only.
+fn noise(i: usize, seed: usize) -> f32 {
+    let mixed = (i.wrapping_mul(0x9e37_79b9) ^ seed.wrapping_mul(0x85eb_ca6b)).wrapping_mul(0xc2b2_ae35) >> 7;
+    (mixed & 0xffff) as f32 / 32768.0 - 1.0
+}
+
+fn planes((channels, height, width): (usize, usize, usize), seed: usize) -> Planes {
+    Planes::from_fn((channels, height, width), |c, y, x| noise((c * height + y) * width + x, seed))
+}
+
+/// An image as blocks of four channels.
+fn blocked(image: &Planes) -> Vec<f32> {
+    let mut values = vec![0.0; blocks(image.channels) * BLOCK * image.height * image.width];
+    for (i, value) in image.values.iter().enumerate() {
+        let (c, pixel) = (i / (image.height * image.width), i % (image.height * image.width));
+        values[(c / BLOCK * image.height * image.width + pixel) * BLOCK + c % BLOCK] = *value;
+    }
+    values
+}
+
+/// The inverse.
+fn unblocked(values: &[f32], (channels, height, width): (usize, usize, usize)) -> Planes {
+    Planes::from_fn((channels, height, width), |c, y, x| {
+        values[((c / BLOCK * height + y) * width + x) * BLOCK + c % BLOCK]
+    })
+}
+
+/// Tensors and a plan of them that all live at once; the last is the output.
+fn plan_of(shapes: &[(usize, usize, usize)]) -> Plan {
+    let buffer = |(channels, height, width): &(usize, usize, usize)| Buffer {
+        offset: 0,
+        layout: Layout::Blocked,
+        channels: *channels,
+        height: *height,
+        width: *width,
+        live: (0, 0),
+    };
+    let (_, height, width) = shapes[shapes.len() - 1];
+    let size = (width, height);
+    Plan { size, padded: size, buffers: shapes.iter().map(buffer).collect(), steps: vec![], arena_len: 0 }
+}
+
+/// Writes a tensor.
+fn put(context: &Context, buffer: &wgpu::Buffer, image: &Planes) {
+    let values = blocked(image).into_iter();
+    let bytes: Vec<u8> = match context.precision {
+        Precision::F32 => values.flat_map(f32::to_le_bytes).collect(),
+        Precision::F16 => values.flat_map(|v| half::f16::from_f32(v).to_le_bytes()).collect(),
+    };
+    context.queue.write_buffer(buffer, 0, &bytes);
+}
+
+/// Runs a pass that sees no frame and reads `buffer` back.
+fn run(context: &Context, pass: &Pass, buffer: &wgpu::Buffer) -> Vec<u8> {
+    let device = &context.device;
+    let back = device.create_buffer(&wgpu::BufferDescriptor {
+        label: None,
+        size: buffer.size(),
+        usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
+        mapped_at_creation: false,
+    });
+    let none =
+        device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: None, entries: &[] });
+    let none = wgpu::BindGroupDescriptor { label: None, layout: &none, entries: &[] };
+    let none = device.create_bind_group(&none);
+    let mut encoder = device.create_command_encoder(&Default::default());
+    pass.encode(&mut encoder.begin_compute_pass(&Default::default()), &none);
+    encoder.copy_buffer_to_buffer(buffer, 0, &back, 0, buffer.size());
+    context.queue.submit([encoder.finish()]);
+    back.map_async(wgpu::MapMode::Read, .., Result::unwrap);
+    device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
+    back.get_mapped_range(..).unwrap().to_vec()
+}
+
+fn floats(bytes: &[u8]) -> Vec<f32> {
+    bytes.chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect()
+}
+
+fn reals(bytes: &[u8], precision: Precision) -> Vec<f32> {
+    match precision {
+        Precision::F32 => floats(bytes),
+        Precision::F16 => {
+            bytes.chunks_exact(2).map(|b| half::f16::from_le_bytes([b[0], b[1]]).to_f32()).collect()
+        }
+    }
+}
+
+/// Weights of one convolution.
+fn weights(shape: [usize; 4]) -> Weights {
+    let (mut graph, input) = Graph::with_input(shape[1]);
+    let name = "conv".to_owned();
+    graph.push(Op::Conv { input, name, size: shape[2], groups: 1, activation: Activation::Linear }, shape[0]);
+    let tensor = |spec: crate::net::ParamSpec| {
+        let count = spec.shape.iter().product();
+        (spec.name, Tensor { values: (0..count).map(|i| noise(i, count)).collect(), shape: spec.shape })
+    };
+    Weights::new(&graph, graph.params().into_iter().map(tensor).collect()).unwrap()
+}
+
+fn resample(image: &Planes, how: Resample) -> Planes {
+    match how {
+        Resample::None | Resample::AvgPool(1) => image.clone(),
+        Resample::AvgPool(side) => resample(&naive::avg_pool2(image), Resample::AvgPool(side / 2)),
+        Resample::Upsample2 => naive::upsample2(image),
+    }
+}
+
+/// A convolution of `inputs` (channels, what happens on the way in) to `out_channels` of HxW `shape`, with few and many
+/// rows an invocation.
+fn check_conv(
+    on: &[Context],
+    inputs: &[(usize, Resample)],
+    out: (usize, Activation),
+    ([size, groups], (height, width)): ([usize; 2], (usize, usize)),
+) {
+    let what = format!("{inputs:?} to {out:?}, filter {size}, {groups} groups, image {height}x{width}");
+    let input_shape = |(c, how): &(usize, Resample)| match how {
+        Resample::None => (*c, height, width),
+        Resample::AvgPool(side) => (*c, side * height, side * width),
+        Resample::Upsample2 => (*c, height / 2, width / 2),
+    };
+    let shapes: Vec<_> = inputs.iter().map(input_shape).chain([(out.0, height, width)]).collect();
+    let images: Vec<_> = shapes[..inputs.len()].iter().enumerate().map(|(i, s)| planes(*s, i + 1)).collect();
+    let sources: Vec<_> =
+        inputs.iter().enumerate().map(|(buffer, i)| Source { buffer, resample: i.1 }).collect();
+    let plan = plan_of(&shapes);
+    let weights = weights([out.0, inputs.iter().map(|i| i.0).sum::<usize>() / groups, size, size]);
+    let resampled = images.iter().zip(inputs).map(|(image, i)| resample(image, i.1));
+    let joined = resampled.reduce(|a, b| naive::concat(&a, &b)).unwrap();
+    let [w, b] = ["conv.weight", "conv.bias"].map(|name| &weights.get(name).values[..]);
+    let expected = naive::conv(&joined, (w, b, size), out.1);
+    for context in on {
+        let compiler = Compiler::new(&context.device, view::layout(&context.device));
+        let memory = Memory::new(context, &plan.buffers).unwrap();
+        images.iter().enumerate().for_each(|(i, image)| put(context, memory.of(i), image));
+        let step = ("conv", &sources[..], inputs.len(), [size, groups], out.1);
+        let conv = Conv::new(context, &plan, &weights, step).unwrap();
+        for rows in [1, 4] {
+            let pass = scoped(&context.device, "conv", || {
+                conv.pass_of_rows(context, &compiler, (&plan, &memory), rows)
+            });
+            let found = run(context, &pass.unwrap(), memory.of(inputs.len()));
+            let found = unblocked(&reals(&found, context.precision), (out.0, height, width));
+            assert_close(
+                &found.values,
+                &expected.values,
+                (context.precision, &format!("{rows} rows, {what}")),
+            );
+        }
+    }
+}
+
+#[test]
+fn convolutions() {
+    use Activation::{LeakyRelu, Linear};
+    use Resample::{AvgPool, None, Upsample2};
+    let on = contexts();
+    for (inputs, out, size, shape) in [
+        (&[(3, None)][..], (5, LeakyRelu), 3, (1, 1)),
+        (&[(48, None)], (32, LeakyRelu), 3, (7, 13)),
+        (&[(4, None)], (17, Linear), 1, (3, 29)),
+        (&[(32, None)], (48, LeakyRelu), 3, (6, 40)),
+        (&[(17, None)], (33, Linear), 3, (5, 31)),
+        (&[(1, None)], (96, LeakyRelu), 3, (2, 25)),
+        (&[(20, AvgPool(2))], (7, LeakyRelu), 3, (3, 5)),
+        (&[(9, AvgPool(8))], (8, Linear), 3, (2, 3)),
+        (&[(9, Upsample2)], (12, Linear), 3, (6, 10)),
+        (&[(9, Upsample2), (18, None)], (50, LeakyRelu), 3, (14, 26)),
+        (&[(16, Upsample2), (3, None)], (16, LeakyRelu), 3, (2, 2)),
+        (&[(33, AvgPool(2)), (31, AvgPool(4)), (2, None)], (56, LeakyRelu), 1, (17, 3)),
+    ] {
+        check_conv(&on, inputs, out, ([size, 1], shape));
+    }
+}
+
+#[test]
+fn grouped_convolutions() {
+    use Activation::{LeakyRelu, Linear};
+    use Resample::{AvgPool, None, Upsample2};
+    let on = contexts();
+    for (inputs, out, groups) in [
+        (&[(6, None)][..], (8, Linear), 2),
+        (&[(32, AvgPool(8))], (64, LeakyRelu), 8),
+        (&[(256, Upsample2), (128, None)], (128, LeakyRelu), 16),
+        (&[(21, None), (3, None)], (36, LeakyRelu), 12),
+    ] {
+        check_conv(&on, inputs, out, ([3, groups], (6, 10)));
+    }
+}
+
+fn check_head(
+    on: &[Context],
+    channels: usize,
+    (patch, kernel): (usize, KernelWeights),
+    (width, height): (usize, usize),
+) {
+    let what = format!("{channels} channels, patch {patch}, {kernel:?}, {width}x{height} cells");
+    let outputs = patch * patch * kernel.outputs_per_pixel();
+    let weights = weights([outputs, channels, 1, 1]);
+    let [w, b] = ["conv.weight", "conv.bias"].map(|name| &weights.get(name).values[..]);
+    let input = planes((channels, height, width), 3);
+    let guide = planes((4, height * patch, width * patch), 4);
+    let kernels = naive::conv(&input, (w, b, 1), Activation::Linear);
+    let expected = match kernel {
+        KernelWeights::Off | KernelWeights::Correction => kernels,
+        KernelWeights::Linear | KernelWeights::Softmax => {
+            naive::patch_partition(&naive::kernel_predict(&kernels, &guide, patch, kernel), patch)
+        }
+    };
+    let mut plan = plan_of(&[(channels, height, width), (4 * patch * patch, height, width)]);
+    plan.padded = (width * patch, height * patch);
+    for context in on {
+        let compiler = Compiler::new(&context.device, view::layout(&context.device));
+        let memory = Memory::new(context, &plan.buffers).unwrap();
+        put(context, memory.of(0), &input);
+        put(context, memory.of(1), &naive::patch_partition(&guide, patch));
+        let raw = context.storage("raw", Head::raw_len(&plan) * 4).unwrap();
+        let head = Head::new(context, &plan, &weights, ("conv", [0, 1], patch, kernel)).unwrap();
+        let pass = scoped(&context.device, "head", || head.pass(context, &compiler, (&plan, &memory), &raw));
+        let found = floats(&run(context, &pass.unwrap(), &raw));
+        assert_close(&found, &expected.values, (context.precision, &what));
+    }
+}
+
+#[test]
+fn heads() {
+    use KernelWeights::{Correction, Linear, Off, Softmax};
+    let on = contexts();
+    for patch in [1, 2, 4, 8] {
+        for kernel in [Off, Correction, Linear, Softmax] {
+            check_head(&on, 5, (patch, kernel), (9, 4));
+        }
+    }
+    for size in [(1, 1), (17, 3), (33, 9)] {
+        check_head(&on, 33, (4, Linear), size);
+    }
+}
+
+#[test]
+fn buffers_beyond_the_devices_limit_are_errors() {
+    for context in contexts() {
+        let error = context.storage("everything", usize::MAX / 2).unwrap_err().to_string();
+        assert!(error.contains("everything") && error.contains("limit"), "{error}");
+    }
+}
+
+#[test]
+#[should_panic(expected = "NMSE")]
+fn a_wrong_value_is_noticed() {
+    let expected: Vec<_> = (0..1000).map(|i| noise(i, 1)).collect();
+    let mut found = expected.clone();
+    found[500] += 1e-4;
+    assert_close(&found, &expected, (Precision::F32, "perturbed"));
+}

@@ -1,0 +1,103 @@
+//! A device and textures for the tests of the GPU runtime. Without a device a test says that it was skipped; with
+//! `AONET_REQUIRE_GPU=1` it fails.
+#![allow(dead_code, reason = "each test program uses some of it")]
+
+use aonet::AoImage;
+use aonet::net::gpu::{Device, wgpu};
+
+/// A device, or none, said so.
+pub(crate) fn device() -> Option<Device> {
+    match Device::wait_for() {
+        Ok(device) => Some(device),
+        Err(error) if std::env::var_os("AONET_REQUIRE_GPU").is_some_and(|v| v == "1") => panic!("{error}"),
+        Err(error) => {
+            eprintln!("skipped: {error}");
+            None
+        }
+    }
+}
+
+/// A texture of a format that can be written, rendered to where the format allows it, and read back.
+pub(crate) fn texture(
+    device: &Device,
+    (width, height): (usize, usize),
+    format: wgpu::TextureFormat,
+    usage: wgpu::TextureUsages,
+) -> wgpu::Texture {
+    device.device.create_texture(&wgpu::TextureDescriptor {
+        label: None,
+        size: extent((width, height)),
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format,
+        usage,
+        view_formats: &[],
+    })
+}
+
+/// A texture that shaders read, with these texels.
+pub(crate) fn filled(
+    device: &Device,
+    size: (usize, usize),
+    format: wgpu::TextureFormat,
+    texels: &[u8],
+) -> wgpu::TextureView {
+    let usage = wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST;
+    let texture = texture(device, size, format, usage);
+    let layout = wgpu::TexelCopyBufferLayout {
+        offset: 0,
+        bytes_per_row: Some((texels.len() / size.1) as u32),
+        rows_per_image: None,
+    };
+    device.queue.write_texture(texture.as_image_copy(), texels, layout, extent(size));
+    texture.create_view(&Default::default())
+}
+
+/// A texture that a session writes.
+pub(crate) fn target(
+    device: &Device,
+    size: (usize, usize),
+    format: wgpu::TextureFormat,
+) -> wgpu::TextureView {
+    let usage = wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC;
+    texture(device, size, format, usage).create_view(&Default::default())
+}
+
+/// Submits what was encoded and reads a target back.
+pub(crate) fn read(device: &Device, encoder: wgpu::CommandEncoder, target: &wgpu::TextureView) -> AoImage {
+    let (texture, mut encoder) = (target.texture(), encoder);
+    let (width, height) = (texture.width() as usize, texture.height() as usize);
+    let texel_bytes = texture.format().block_copy_size(None).unwrap() as usize;
+    let row_bytes = (width * texel_bytes).next_multiple_of(256);
+    let back = device.device.create_buffer(&wgpu::BufferDescriptor {
+        label: None,
+        size: (row_bytes * height) as u64,
+        usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
+        mapped_at_creation: false,
+    });
+    let layout = wgpu::TexelCopyBufferLayout {
+        offset: 0,
+        bytes_per_row: Some(row_bytes as u32),
+        rows_per_image: None,
+    };
+    let to = wgpu::TexelCopyBufferInfo { buffer: &back, layout };
+    encoder.copy_texture_to_buffer(texture.as_image_copy(), to, extent((width, height)));
+    device.queue.submit([encoder.finish()]);
+    back.map_async(wgpu::MapMode::Read, .., Result::unwrap);
+    device.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
+    let bytes = back.get_mapped_range(..).unwrap();
+    let values =
+        bytes.chunks_exact(row_bytes).flat_map(|row| row[..width * texel_bytes].chunks_exact(texel_bytes));
+    let value = |texel: &[u8]| match *texel {
+        [v] => f32::from(v) / 255.0,
+        [a, b] => half::f16::from_le_bytes([a, b]).to_f32(),
+        [a, b, c, d] => f32::from_le_bytes([a, b, c, d]),
+        _ => panic!("one channel"),
+    };
+    AoImage::new(width, height, values.map(value).collect()).unwrap()
+}
+
+fn extent((width, height): (usize, usize)) -> wgpu::Extent3d {
+    wgpu::Extent3d { width: width as u32, height: height as u32, depth_or_array_layers: 1 }
+}

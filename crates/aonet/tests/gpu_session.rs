@@ -1,0 +1,295 @@
+//! The GPU runtime against the oracle and the CPU runtime: whole networks, on any device there is.
+
+mod common;
+#[path = "common/device.rs"]
+mod device;
+
+use aonet::net::gpu::{Device, Frame, Offscreen, Options, Precision, Session, Textures, wgpu};
+use aonet::net::{Features, KernelWeights, Model, ModelConfig, Skips, cpu, naive, shipped};
+use aonet::{AoImage, Camera, GBuffer, Projection};
+use common::{assert_close, frame, max_error, model, params, small, spread};
+use device::{device, filled, read, target};
+
+/// Largest difference between a session in 32-bit floats and the oracle; outputs lie in [0, 1]. Measured: 6e-7, from the
+/// order of summation.
+const TOLERANCE: f32 = 3e-6;
+
+/// The same in 16-bit floats, with trained weights. Measured: 9e-4; a step of 8 bits is 4e-3.
+const HALF_TOLERANCE: f32 = 3e-3;
+
+/// Mean difference from the CPU's image where a horizon search takes part: a tap between two pixels may fall on either.
+/// Measured: 9e-5 on a frame of noise, 6e-6 (2e-5 in 16-bit floats) on waves.
+const HORIZON_MEAN_TOLERANCE: f32 = 4e-4;
+
+fn run((device, precision): (&Device, Precision), model: &Model, gbuffer: &GBuffer) -> AoImage {
+    let size = (gbuffer.width(), gbuffer.height());
+    let mut session = Offscreen::new(device, model, size, precision).unwrap();
+    let mut image = AoImage::open(size.0, size.1).unwrap();
+    session.run(gbuffer, params(), &mut image).unwrap();
+    image
+}
+
+/// Compares a network with the oracle.
+fn check(device: &Device, config: ModelConfig, size: (usize, usize)) {
+    let what = format!("{config:?} at {size:?}");
+    let model = model(config, 1);
+    let gbuffer = frame(size, 2);
+    let expected = naive::run(&model, &gbuffer, params()).unwrap();
+    if size.0 * size.1 >= 64 {
+        assert!(spread(&expected, &gbuffer) > 0.05, "nothing to see: {what}");
+    }
+    let found = run((device, Precision::F32), &model, &gbuffer);
+    assert_close(&found, &expected, (TOLERANCE, &what));
+}
+
+#[test]
+fn every_row_of_tables_3_and_4() {
+    let Some(device) = device() else { return };
+    for features in [
+        Features::Normal,
+        Features::NormalEncoded,
+        Features::NormalDepth,
+        Features::NormalDepthNormalized,
+        Features::NormalProjectedRadius,
+    ] {
+        check(&device, ModelConfig { features, ..ModelConfig::paper() }, (70, 50));
+    }
+    for kernel in [KernelWeights::Off, KernelWeights::Linear, KernelWeights::Softmax] {
+        for patch in [1, 2, 4, 8] {
+            check(&device, small(Features::NormalProjectedRadius, patch, kernel), (75, 21));
+        }
+    }
+    check(&device, ModelConfig { skips: Skips::None, ..ModelConfig::paper() }, (33, 17));
+}
+
+#[test]
+fn baselines() {
+    let Some(device) = device() else { return };
+    check(&device, ModelConfig::deep_shading(), (40, 33));
+    check(&device, ModelConfig::deep_ao(), (45, 20));
+}
+
+#[test]
+fn any_size() {
+    let Some(device) = device() else { return };
+    for size in [(1, 1), (2, 1), (3, 5), (33, 17), (31, 33), (129, 7), (5, 200)] {
+        check(&device, small(Features::NormalProjectedRadius, 4, KernelWeights::Linear), size);
+    }
+    check(&device, small(Features::Normal, 1, KernelWeights::Linear), (65, 3));
+}
+
+#[test]
+fn the_papers_weights_give_the_cpus_image() {
+    let Some(device) = device() else { return };
+    let model = Model::from_bytes(shipped::PAPER).unwrap();
+    let gbuffer = frame((130, 70), 3);
+    let expected = on_cpu(&model, &gbuffer);
+    for (precision, tolerance) in [(Precision::F32, TOLERANCE), (Precision::F16, HALF_TOLERANCE)] {
+        let found = run((&device, precision), &model, &gbuffer);
+        eprintln!("paper, {precision:?}: {:e}", max_error(&found, &expected));
+        assert_close(&found, &expected, (tolerance, &format!("{precision:?}")));
+    }
+}
+
+fn on_cpu(model: &Model, gbuffer: &GBuffer) -> AoImage {
+    let (width, height) = (gbuffer.width(), gbuffer.height());
+    let mut image = AoImage::open(width, height).unwrap();
+    cpu::Session::new(model, width, height, 1).unwrap().run(gbuffer, params(), &mut image).unwrap();
+    image
+}
+
+#[test]
+fn corrections_of_the_horizon_search() {
+    let Some(device) = device() else { return };
+    let model = Model::from_bytes(shipped::ANY_RADIUS).unwrap();
+    for gbuffer in [frame((1, 1), 4), frame((33, 17), 4), frame((130, 70), 4), waves((120, 80))] {
+        let expected = on_cpu(&model, &gbuffer);
+        for precision in [Precision::F32, Precision::F16] {
+            let found = run((&device, precision), &model, &gbuffer);
+            let pairs = found.visibility().iter().zip(expected.visibility());
+            let mean = pairs.map(|(a, b)| (a - b).abs()).sum::<f32>() / expected.visibility().len() as f32;
+            let what = format!("{}x{}, {precision:?}", gbuffer.width(), gbuffer.height());
+            eprintln!("any_radius, {what}: mean {mean:e}, largest {:e}", max_error(&found, &expected));
+            assert!(mean <= HORIZON_MEAN_TOLERANCE, "{what}: {mean:e}");
+        }
+    }
+}
+
+/// A curved surface that occludes itself, with a hole.
+fn waves((width, height): (usize, usize)) -> GBuffer {
+    let view = (glam::Vec3::ZERO, -glam::Vec3::Z, glam::Vec3::Y);
+    let fov = Projection::Perspective { fov_y: 1.0 };
+    let camera = Camera::look_at(view, fov, (width, height), 0.0).unwrap();
+    let depth_at = |x: usize, y: usize| 3.0 + 0.4 * (x as f32 * 0.2).sin() * (y as f32 * 0.15).cos();
+    let (mut depth, mut normal) = (Vec::new(), Vec::new());
+    for i in 0..width * height {
+        let (x, y) = (i % width, i / width);
+        let at = |x: usize, y: usize| camera.position_view(x, y, depth_at(x, y));
+        let across = (at(x + 1, y) - at(x, y)).cross(at(x, y) - at(x, y + 1));
+        normal.push(across.normalize().to_array());
+        let hole = (x as f32 - 30.0).hypot(y as f32 - 30.0) < 8.0;
+        depth.push(if hole { f32::INFINITY } else { depth_at(x, y) });
+    }
+    GBuffer::new(camera, depth, normal).unwrap()
+}
+
+/// Inputs of a session with the default encodings but linear depth.
+struct Inputs {
+    normal: wgpu::TextureView,
+    depth: wgpu::TextureView,
+    frame: Frame,
+}
+
+fn inputs(device: &Device, gbuffer: &GBuffer) -> Inputs {
+    let size = (gbuffer.width(), gbuffer.height());
+    let texels = gbuffer.normal().iter().flat_map(|n| [n[0], n[1], n[2], 0.0]);
+    let normals: Vec<_> = texels.flat_map(f32::to_le_bytes).collect();
+    let depths: Vec<_> = gbuffer.depth().iter().flat_map(|d| d.to_le_bytes()).collect();
+    Inputs {
+        normal: filled(device, size, wgpu::TextureFormat::Rgba32Float, &normals),
+        depth: filled(device, size, wgpu::TextureFormat::R32Float, &depths),
+        frame: Frame { camera: *gbuffer.camera(), far: f32::INFINITY, params: params() },
+    }
+}
+
+const OPTIONS: Options = Options {
+    precision: Precision::F32,
+    normals: aonet::net::gpu::NormalEncoding::Plain,
+    normal_space: aonet::net::gpu::NormalSpace::View,
+    depth: aonet::net::gpu::DepthEncoding::Linear,
+    output: wgpu::TextureFormat::R32Float,
+};
+
+fn session(device: &Device, model: &Model, size: (usize, usize), options: Options) -> Session {
+    Session::new((&device.device, &device.queue), model, size, options).unwrap()
+}
+
+/// One frame through a session.
+fn encode(device: &Device, session: &Session, gbuffer: &GBuffer, format: wgpu::TextureFormat) -> AoImage {
+    let Inputs { normal, depth, frame } = inputs(device, gbuffer);
+    let visibility = target(device, (gbuffer.width(), gbuffer.height()), format);
+    let view = session.view(Textures { normal: &normal, depth: &depth, visibility: &visibility }).unwrap();
+    let mut encoder = device.device.create_command_encoder(&Default::default());
+    session.encode(&mut encoder, &view, &frame).unwrap();
+    read(device, encoder, &visibility)
+}
+
+#[test]
+fn outputs_of_8_and_16_bits_round_the_image() {
+    let Some(device) = device() else { return };
+    let model = model(small(Features::Normal, 4, KernelWeights::Linear), 1);
+    let gbuffer = frame((50, 30), 5);
+    let expected = naive::run(&model, &gbuffer, params()).unwrap();
+    // Half floats may be cut off instead of rounded: a whole step.
+    for (output, off) in
+        [(wgpu::TextureFormat::R8Unorm, 0.5 / 255.0), (wgpu::TextureFormat::R16Float, 4.9e-4)]
+    {
+        let session = session(&device, &model, (50, 30), Options { output, ..OPTIONS });
+        let found = encode(&device, &session, &gbuffer, output);
+        assert_close(&found, &expected, (off + TOLERANCE, &format!("{output:?}")));
+    }
+}
+
+#[test]
+fn a_resized_session_its_sibling_and_a_new_one_agree() {
+    let Some(device) = device() else { return };
+    let model = model(small(Features::NormalDepthNormalized, 4, KernelWeights::Linear), 1);
+    let gbuffer = frame((70, 40), 6);
+    let mut resized = session(&device, &model, (20, 90), OPTIONS);
+    let sibling = resized.sibling((70, 40)).unwrap();
+    resized.resize((70, 40)).unwrap();
+    assert!(resized.resize((0, 40)).is_err() && resized.resize((70, 1 << 16)).is_err());
+    assert_eq!(resized.plan().size, (70, 40), "an error changes nothing");
+    let new = encode(&device, &session(&device, &model, (70, 40), OPTIONS), &gbuffer, OPTIONS.output);
+    for (session, what) in [(&resized, "resized"), (&sibling, "sibling"), (&resized, "again")] {
+        assert_eq!(encode(&device, session, &gbuffer, OPTIONS.output), new, "{what}");
+    }
+}
+
+#[test]
+fn views_of_one_submission_keep_their_cameras() {
+    let Some(device) = device() else { return };
+    let model = model(small(Features::NormalProjectedRadius, 4, KernelWeights::Linear), 1);
+    let size = (40, 30);
+    let gbuffers = [frame(size, 7), frame(size, 8)];
+    let session = session(&device, &model, size, OPTIONS);
+    let mut encoder = device.device.create_command_encoder(&Default::default());
+    let targets = [0, 1].map(|i| {
+        let Inputs { normal, depth, mut frame } = inputs(&device, &gbuffers[i]);
+        frame.params.radius *= 1.0 + i as f32;
+        let visibility = target(&device, size, OPTIONS.output);
+        let view =
+            session.view(Textures { normal: &normal, depth: &depth, visibility: &visibility }).unwrap();
+        session.encode(&mut encoder, &view, &frame).unwrap();
+        (visibility, frame.params)
+    });
+    let first = read(&device, encoder, &targets[0].0);
+    let second = read(&device, device.device.create_command_encoder(&Default::default()), &targets[1].0);
+    for (found, i) in [(first, 0), (second, 1)] {
+        let expected = naive::run(&model, &gbuffers[i], targets[i].1).unwrap();
+        assert_close(&found, &expected, (TOLERANCE, &format!("view {i}")));
+    }
+}
+
+#[test]
+fn a_changed_weight_is_noticed() {
+    let Some(device) = device() else { return };
+    let config = small(Features::Normal, 4, KernelWeights::Linear);
+    let (model, gbuffer) = (model(config.clone(), 1), frame((60, 40), 9));
+    let mut tensors = model.weights().tensors().clone();
+    tensors.get_mut("enc1.conv1.weight").unwrap().values[40] += 0.1;
+    let weights = aonet::net::Weights::new(model.graph(), tensors).unwrap();
+    let changed = Model::new(config, weights, Default::default()).unwrap();
+    let expected = naive::run(&model, &gbuffer, params()).unwrap();
+    let found = run((&device, Precision::F32), &changed, &gbuffer);
+    assert!(max_error(&found, &expected) > 10.0 * TOLERANCE);
+}
+
+#[test]
+fn a_lost_device_is_an_error() {
+    let Some(device) = device() else { return };
+    let model = model(small(Features::Normal, 4, KernelWeights::Linear), 1);
+    let gbuffer = frame((20, 10), 1);
+    let mut session = Offscreen::new(&device, &model, (20, 10), Precision::F32).unwrap();
+    let mut image = AoImage::open(20, 10).unwrap();
+    session.run(&gbuffer, params(), &mut image).unwrap();
+    device.device.destroy();
+    let found = session.run(&gbuffer, params(), &mut image).unwrap_err().to_string();
+    assert!(found.contains("device"), "{found}");
+    assert!(Offscreen::new(&device, &model, (20, 10), Precision::F32).is_err());
+}
+
+#[test]
+fn wrong_sizes_formats_and_frames_are_errors() {
+    let Some(device) = device() else { return };
+    let model = model(small(Features::Normal, 4, KernelWeights::Linear), 1);
+    let new = |size| Session::new((&device.device, &device.queue), &model, size, OPTIONS);
+    let error = |e: aonet::Error| e.to_string();
+    assert!(error(new((0, 5)).unwrap_err()).contains("0x5"));
+    assert!(error(new((1 << 20, 5)).unwrap_err()).contains("1048576"));
+    let session = new((20, 10)).unwrap();
+    let good = inputs(&device, &frame((20, 10), 1));
+    let bad = inputs(&device, &frame((10, 20), 1));
+    let [r32, r8] = [wgpu::TextureFormat::R32Float, wgpu::TextureFormat::R8Unorm];
+    let (visibility, wrong) = (target(&device, (20, 10), r32), target(&device, (20, 10), r8));
+    let textures = Textures { normal: &good.normal, depth: &good.depth, visibility: &visibility };
+    for (textures, what) in [
+        (Textures { normal: &bad.normal, ..textures }, "normal"),
+        (Textures { depth: &bad.depth, ..textures }, "depth"),
+        (Textures { visibility: &wrong, ..textures }, "R8Unorm"),
+        (Textures { visibility: &good.depth, ..textures }, "RENDER_ATTACHMENT"),
+        // Cannot be read by shaders.
+        (Textures { depth: &visibility, ..textures }, "device"),
+    ] {
+        let found = error(session.view(textures).unwrap_err());
+        assert!(found.contains(what), "{what}: {found}");
+    }
+    let view = session.view(textures).unwrap();
+    let mut encoder = device.device.create_command_encoder(&Default::default());
+    assert!(session.encode(&mut encoder, &view, &bad.frame).is_err(), "a camera of another size");
+    let mut frame = good.frame;
+    frame.params.radius = f32::NAN;
+    assert!(session.encode(&mut encoder, &view, &frame).is_err(), "a radius that is no number");
+    let other = session.sibling((10, 20)).unwrap();
+    assert!(other.encode(&mut encoder, &view, &bad.frame).is_err(), "a view of another size");
+}
