@@ -1,7 +1,7 @@
 //! See [`crate::net::Op::Conv`], with the pooling, upsampling and concatenation before it.
 
 use super::bands::{Band, Workers};
-use super::conv_tile::{Lines, MAX_PIXELS, Tile};
+use super::conv_tile::{Lines, Tile};
 use super::conv_weights::{self, Group};
 use super::dot::{Dot, DotKernel};
 use super::precision::Arithmetic;
@@ -105,26 +105,13 @@ impl Conv {
             let inputs = &seen[..inputs.len()];
             let tile = Tile { inputs, group, slope: self.slope, size: self.size, width };
             match group.vectors {
-                1 => tiles::<D, 1>(dot, &tile, now),
-                2 => tiles::<D, 2>(dot, &tile, now),
-                3 if const { D::Simd::ACCUMULATORS >= 24 } => tiles::<D, 3>(dot, &tile, now),
+                1 => tile.row::<D, 1>(dot, now),
+                2 => tile.row::<D, 2>(dot, now),
+                3 if const { D::Simd::ACCUMULATORS >= 24 } => tile.row::<D, 3>(dot, now),
                 n => unreachable!("a group of {n} vectors"),
             }
             rest = later;
         }
         repeat_ends(dot.simd(), out, width);
-    }
-}
-
-/// Covers a row with tiles of nearly equal width.
-#[inline(always)]
-fn tiles<D: Dot, const N: usize>(dot: D, tile: &Tile<'_>, out: &mut [f32]) {
-    let most = MAX_PIXELS.min(D::Simd::ACCUMULATORS / N);
-    let count = tile.width.div_ceil(most);
-    let mut x = 0;
-    for i in 0..count {
-        let end = (i + 1) * tile.width / count;
-        tile.run::<D, N>(dot, out, (x, end - x));
-        x = end;
     }
 }

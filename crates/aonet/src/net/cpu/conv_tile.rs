@@ -6,8 +6,16 @@ use super::simd::Simd;
 use crate::net::plan::HALO;
 use std::ops::Range;
 
-/// Most pixels in a tile.
-pub(super) const MAX_PIXELS: usize = 12;
+/// Numbers of pixels, or squares, that there are tiles for: every one of them is code of its own.
+const TILE_LENS: [usize; 6] = [12, 8, 6, 4, 2, 1];
+
+/// How many of `left` pixels the next tile of `vectors` vectors takes.
+#[inline(always)]
+pub(super) fn tile_len<D: Dot>(vectors: usize, left: usize) -> usize {
+    let most = left.min(D::Simd::ACCUMULATORS / vectors);
+    let mut lens = TILE_LENS.into_iter().filter(|len| *len <= most);
+    lens.next().expect("a tile of one pixel")
+}
 
 /// Three neighbouring rows of one input, edges repeated.
 pub(super) struct Lines<'a> {
@@ -30,23 +38,22 @@ pub(super) struct Tile<'a> {
 }
 
 impl Tile<'_> {
-    /// Computes `pixels` pixels from `x` on of `N` blocks of a row. `out` starts at the first block's halo.
+    /// Computes a row of `N` blocks. `out` starts at the first block's halo.
     #[inline(always)]
-    pub(super) fn run<D: Dot, const N: usize>(&self, dot: D, out: &mut [f32], (x, pixels): (usize, usize)) {
-        match pixels {
-            1 if const { N <= D::Simd::ACCUMULATORS } => self.pixels::<D, N, 1>(dot, out, x),
-            2 if const { 2 * N <= D::Simd::ACCUMULATORS } => self.pixels::<D, N, 2>(dot, out, x),
-            3 if const { 3 * N <= D::Simd::ACCUMULATORS } => self.pixels::<D, N, 3>(dot, out, x),
-            4 if const { 4 * N <= D::Simd::ACCUMULATORS } => self.pixels::<D, N, 4>(dot, out, x),
-            5 if const { 5 * N <= D::Simd::ACCUMULATORS } => self.pixels::<D, N, 5>(dot, out, x),
-            6 if const { 6 * N <= D::Simd::ACCUMULATORS } => self.pixels::<D, N, 6>(dot, out, x),
-            7 if const { 7 * N <= D::Simd::ACCUMULATORS } => self.pixels::<D, N, 7>(dot, out, x),
-            8 if const { 8 * N <= D::Simd::ACCUMULATORS } => self.pixels::<D, N, 8>(dot, out, x),
-            9 if const { 9 * N <= D::Simd::ACCUMULATORS } => self.pixels::<D, N, 9>(dot, out, x),
-            10 if const { 10 * N <= D::Simd::ACCUMULATORS } => self.pixels::<D, N, 10>(dot, out, x),
-            11 if const { 11 * N <= D::Simd::ACCUMULATORS } => self.pixels::<D, N, 11>(dot, out, x),
-            12 if const { 12 * N <= D::Simd::ACCUMULATORS } => self.pixels::<D, N, 12>(dot, out, x),
-            _ => unreachable!("a tile of {pixels} pixels"),
+    pub(super) fn row<D: Dot, const N: usize>(&self, dot: D, out: &mut [f32]) {
+        let mut x = 0;
+        while x < self.width {
+            let pixels = tile_len::<D>(N, self.width - x);
+            match pixels {
+                12 if const { 12 * N <= D::Simd::ACCUMULATORS } => self.pixels::<D, N, 12>(dot, out, x),
+                8 if const { 8 * N <= D::Simd::ACCUMULATORS } => self.pixels::<D, N, 8>(dot, out, x),
+                6 if const { 6 * N <= D::Simd::ACCUMULATORS } => self.pixels::<D, N, 6>(dot, out, x),
+                4 => self.pixels::<D, N, 4>(dot, out, x),
+                2 => self.pixels::<D, N, 2>(dot, out, x),
+                1 => self.pixels::<D, N, 1>(dot, out, x),
+                _ => unreachable!("a tile of {pixels} pixels"),
+            }
+            x += pixels;
         }
     }
 

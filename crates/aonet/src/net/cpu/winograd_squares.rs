@@ -1,5 +1,6 @@
 //! A few squares of a row on their way through Winograd's convolution: factors, products, outputs.
 
+use super::conv_tile::tile_len;
 use super::dot::Dot;
 use super::simd::Simd;
 use super::winograd_transforms::{IN, OUT, PRODUCTS, input, output};
@@ -9,9 +10,6 @@ use std::ops::Range;
 
 /// Six neighbouring rows of one input, edges repeated.
 pub(super) type Lines<'a> = [&'a [f32]; IN];
-
-/// Most squares in registers.
-const MAX_SQUARES: usize = 12;
 
 /// Inputs at the points: by product, block of channels, square, channel.
 pub(super) struct Factors<'a> {
@@ -166,33 +164,21 @@ struct Product<'a> {
 impl Product<'_> {
     #[inline(always)]
     fn run<D: Dot, const N: usize>(&self, dot: D, sums: &mut [f32]) {
-        let most = MAX_SQUARES.min(D::Simd::ACCUMULATORS / N);
-        let count = self.squares.div_ceil(most);
         let mut first = 0;
-        for i in 0..count {
-            let end = (i + 1) * self.squares / count;
-            match end - first {
-                1 => self.squares::<D, N, 1>(dot, (first, sums)),
-                2 => self.squares::<D, N, 2>(dot, (first, sums)),
-                3 => self.squares::<D, N, 3>(dot, (first, sums)),
-                4 => self.squares::<D, N, 4>(dot, (first, sums)),
-                5 if const { 5 * N <= D::Simd::ACCUMULATORS } => self.squares::<D, N, 5>(dot, (first, sums)),
-                6 if const { 6 * N <= D::Simd::ACCUMULATORS } => self.squares::<D, N, 6>(dot, (first, sums)),
-                7 if const { 7 * N <= D::Simd::ACCUMULATORS } => self.squares::<D, N, 7>(dot, (first, sums)),
-                8 if const { 8 * N <= D::Simd::ACCUMULATORS } => self.squares::<D, N, 8>(dot, (first, sums)),
-                9 if const { 9 * N <= D::Simd::ACCUMULATORS } => self.squares::<D, N, 9>(dot, (first, sums)),
-                10 if const { 10 * N <= D::Simd::ACCUMULATORS } => {
-                    self.squares::<D, N, 10>(dot, (first, sums))
-                }
-                11 if const { 11 * N <= D::Simd::ACCUMULATORS } => {
-                    self.squares::<D, N, 11>(dot, (first, sums))
-                }
+        while first < self.squares {
+            let squares = tile_len::<D>(N, self.squares - first);
+            match squares {
                 12 if const { 12 * N <= D::Simd::ACCUMULATORS } => {
                     self.squares::<D, N, 12>(dot, (first, sums))
                 }
+                8 if const { 8 * N <= D::Simd::ACCUMULATORS } => self.squares::<D, N, 8>(dot, (first, sums)),
+                6 if const { 6 * N <= D::Simd::ACCUMULATORS } => self.squares::<D, N, 6>(dot, (first, sums)),
+                4 => self.squares::<D, N, 4>(dot, (first, sums)),
+                2 => self.squares::<D, N, 2>(dot, (first, sums)),
+                1 => self.squares::<D, N, 1>(dot, (first, sums)),
                 n => unreachable!("{n} squares in registers"),
             }
-            first = end;
+            first += squares;
         }
     }
 
