@@ -97,7 +97,7 @@ def aonet_image(options, model, frame, precision, folder):
 
     target = folder / "ao.png"
     words = [options.aonet, "infer", frame, "-o", target, "--model", model]
-    words += ["--precision", precision] if precision != "f32" else []
+    words += ["--precision", precision]
     done = subprocess.run([str(word) for word in words], capture_output=True, text=True)
     if done.returncode:
         print(f"{reason(done)}: no error of {precision} is measured")

@@ -20,11 +20,11 @@ impl Aligned {
     /// When there is not enough memory.
     pub(super) fn zeros(len: usize) -> Result<Self> {
         let padded = len.saturating_add(LINE_BYTES / size_of::<f32>());
-        let mut storage = Vec::new();
-        storage
+        Vec::<f32>::new()
             .try_reserve_exact(padded)
             .map_err(|e| Error::size("session memory", format!("{padded} values to be available"), e))?;
-        storage.resize(padded, 0.0);
+        // Unlike `resize`, this asks the system for zeros, which it hands out anyway.
+        let storage = vec![0.0; padded];
         let start = storage.as_ptr().align_offset(LINE_BYTES);
         Ok(Self { storage, start, len })
     }
