@@ -7,7 +7,7 @@ use super::dot::{Dot, DotKernel};
 use super::precision::Arithmetic;
 use super::recipe::{ConvStep, Recipe};
 use super::resample::repeat_ends;
-use super::ring::{Input, Ring};
+use super::ring::{self, Input, Ring};
 use super::simd::Simd;
 use crate::error::Result;
 use crate::net::plan::{Buffer, HALO};
@@ -47,11 +47,7 @@ impl Conv {
 
     /// Runs over the arena.
     pub(super) fn run(&self, workers: &mut Workers, arena: &mut [f32]) {
-        let range = |i: usize| self.inputs.get(i).map_or(0..0, |input| input.buffer.range());
-        let [out, first, second] = arena
-            .get_disjoint_mut([self.output.range(), range(0), range(1)])
-            .expect("live buffers do not overlap");
-        let sources = [&*first, &*second];
+        let (out, sources) = ring::borrow(arena, &self.output, &self.inputs);
         workers.for_each_band(out, self.output.row_len(), |band| {
             self.arithmetic.run(ConvBand { conv: self, sources: &sources[..self.inputs.len()], band });
         });

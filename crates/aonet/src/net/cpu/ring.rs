@@ -78,6 +78,21 @@ impl Input {
     }
 }
 
+/// What a convolution writes, and what each of its one or two inputs reads.
+///
+/// # Panics
+/// When they overlap: no plan lets live buffers do so.
+pub(super) fn borrow<'a>(
+    arena: &'a mut [f32],
+    output: &Buffer,
+    inputs: &[Input],
+) -> (&'a mut [f32], [&'a [f32]; 2]) {
+    let range = |i: usize| inputs.get(i).map_or(0..0, |input| input.buffer.range());
+    let [out, first, second] =
+        arena.get_disjoint_mut([output.range(), range(0), range(1)]).expect("live buffers do not overlap");
+    (out, [first, second])
+}
+
 /// The last `ROWS` rows that were prepared of an input: row y is in slot y mod `ROWS`.
 pub(super) struct Ring<'a, const ROWS: usize> {
     slots: &'a mut [f32],

@@ -8,7 +8,7 @@ use super::dot::{Dot, DotKernel, Exact};
 use super::precision::Arithmetic;
 use super::recipe::{ConvStep, Recipe};
 use super::resample::repeat_ends;
-use super::ring::{Input, Ring};
+use super::ring::{self, Input, Ring};
 use super::simd::Simd;
 use super::winograd_squares::{Factors, Lines};
 use super::winograd_transforms::{IN, OUT, PRODUCTS};
@@ -79,11 +79,7 @@ impl Winograd {
 
     /// Runs over the arena.
     pub(super) fn run(&self, workers: &mut Workers, arena: &mut [f32]) {
-        let range = |i: usize| self.inputs.get(i).map_or(0..0, |input| input.buffer.range());
-        let [out, first, second] = arena
-            .get_disjoint_mut([self.output.range(), range(0), range(1)])
-            .expect("live buffers do not overlap");
-        let sources = [&*first, &*second];
+        let (out, sources) = ring::borrow(arena, &self.output, &self.inputs);
         let band_rows =
             self.output.height.div_ceil(workers.threads() * BANDS_PER_THREAD).next_multiple_of(OUT);
         workers.for_each_band_of(out, (band_rows, self.output.row_len()), |band| {
