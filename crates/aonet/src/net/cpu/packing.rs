@@ -89,19 +89,21 @@ pub(super) fn quantize<'s>(
 pub(super) fn word(arithmetic: Arithmetic, weights: impl IntoIterator<Item = f32>) -> f32 {
     let mut bits = 0;
     for (i, weight) in weights.into_iter().take(arithmetic.packed()).enumerate() {
-        bits |= match arithmetic {
+        let number = match arithmetic {
             Arithmetic::F32(_) => weight.to_bits(),
             #[cfg(target_arch = "x86_64")]
-            Arithmetic::Bf16(_) => bf16_bits(weight) << (16 * i),
+            Arithmetic::Bf16(_) => bf16_bits(weight),
             // Whole numbers between -127 and 127.
             #[cfg(target_arch = "x86_64")]
-            Arithmetic::Int8(_) => u32::from(weight as i8 as u8) << (8 * i),
+            Arithmetic::Int8(_) => u32::from(weight as i8 as u8),
         };
+        bits |= number << (i * 32 / arithmetic.packed());
     }
     f32::from_bits(bits)
 }
 
 /// The nearest bfloat16 of a finite number, ties to even.
+#[cfg(any(test, target_arch = "x86_64"))]
 fn bf16_bits(value: f32) -> u32 {
     let bits = value.to_bits();
     (bits + 0x7fff + (bits >> 16 & 1)) >> 16
