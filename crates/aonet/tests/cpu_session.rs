@@ -12,6 +12,10 @@ use common::{assert_close, camera, frame, model, params, small, spread};
 /// summation; outputs lie in [0, 1].
 const TOLERANCE: f32 = 2e-6;
 
+/// The same for a session whose horizon search rounds differently from the oracle's, which has the best instructions:
+/// AVX-512's reciprocal root is off by 6e-5. Measured: 2.8e-5.
+const SEARCH_TOLERANCE: f32 = 1e-4;
+
 const KERNELS: [KernelWeights; 3] = [KernelWeights::Off, KernelWeights::Linear, KernelWeights::Softmax];
 
 fn run(model: &Model, gbuffer: &GBuffer, (threads, level): (usize, Level)) -> AoImage {
@@ -33,10 +37,13 @@ fn check(config: ModelConfig, size: (usize, usize)) {
         assert!(spread(&expected, &gbuffer) > 0.05, "nothing to see: {what}");
     }
     for level in Level::available() {
+        let searches_alike =
+            model.config().features != Features::NormalRadiusHorizon || level == Level::best();
+        let tolerance = if searches_alike { TOLERANCE } else { SEARCH_TOLERANCE };
         assert_close(
             &run(&model, &gbuffer, (2, level)),
             &expected,
-            (TOLERANCE, &format!("{level:?} {what}")),
+            (tolerance, &format!("{level:?} {what}")),
         );
     }
 }
