@@ -4,7 +4,8 @@
 mod common;
 
 use aonet::AoImage;
-use aonet::net::cpu::Session;
+use aonet::net::cpu::{Options, Precision, Session};
+use aonet::net::model::Ranges;
 use aonet::net::{Features, KernelWeights};
 use common::{frame, model, params, small};
 use std::alloc::{GlobalAlloc, Layout, System};
@@ -45,15 +46,22 @@ fn main() {
             let model = model(small(features, patch, kernel), 3);
             let gbuffer = frame((50, 30), 4);
             let mut image = AoImage::open(50, 30).unwrap();
-            for threads in [1, 3] {
-                let mut session = Session::new(&model, 50, 30, threads).unwrap();
+            let mut ranges = Ranges::new();
+            let mut session = Session::new(&model, 50, 30, 1).unwrap();
+            session.calibrate(&gbuffer, params(), &mut image, &mut ranges).unwrap();
+            let model = model.with_ranges(ranges).unwrap();
+            for (threads, precision) in
+                [1, 3].into_iter().flat_map(|n| Precision::available().map(move |p| (n, p)))
+            {
+                let options = Options { threads, precision, ..Options::default() };
+                let mut session = Session::with_options(&model, (50, 30), options).unwrap();
                 // Far more runs than a queue of jobs that grows block by block would hide.
                 let count = allocations(|| {
                     for _ in 0..200 {
                         session.run(&gbuffer, params(), &mut image).unwrap();
                     }
                 });
-                assert_eq!(count, 0, "{kernel:?}, patches of {patch}, {threads} threads");
+                assert_eq!(count, 0, "{kernel:?}, patches of {patch}, {precision}, {threads} threads");
             }
         }
     }
