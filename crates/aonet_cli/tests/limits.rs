@@ -1,6 +1,6 @@
 //! What optimised builds must not exceed: memory, time to the first image; and what is handed out, in size.
 //!
-//!     cargo test --release -p aonet_cli --test limits -- --nocapture
+//!     cargo test --release -p aonet_cli --test limits -- --nocapture --include-ignored
 //!     cargo test --profile dist -p aonet_cli --test limits -- --nocapture
 
 use serde_json::Value;
@@ -59,7 +59,7 @@ fn frames_of_720p_need_little_memory() {
 }
 
 #[test]
-#[cfg_attr(debug_assertions, ignore = "holds for the release build")]
+#[ignore = "takes times: for an idle machine"]
 fn the_first_image_comes_soon() {
     let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
     let desk = desk();
