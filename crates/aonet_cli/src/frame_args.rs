@@ -53,8 +53,7 @@ impl FrameArgs {
                 anyhow::bail!("{}: no AO radius in the file; give --radius or --view", self.frame.display())
             }
         };
-        // No method looks at the rest, and a method takes memory of its own.
-        Ok((Frame { geo_normal: None, ao: None, ..frame }, params))
+        Ok((frame, params))
     }
 
     /// What to write.

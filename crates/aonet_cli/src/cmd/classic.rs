@@ -5,6 +5,7 @@ use crate::output::{Style, table};
 use crate::setup;
 use anyhow::{Context, Result};
 use aonet::classic::{Classic, KnobValue};
+use aonet_offline::frame::Frame;
 use clap::Parser;
 use std::path::PathBuf;
 use std::time::Instant;
@@ -50,10 +51,11 @@ fn long_help() -> String {
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<()> {
     let method = method(args)?;
-    let (frame, params) = args.frame.load(None)?;
+    // Methods take memory of their own: what they do not look at is dropped here.
+    let (Frame { gbuffer, .. }, params) = args.frame.load(None)?;
     let pool = setup::pool(args.frame.threads)?;
     let start = Instant::now();
-    let image = pool.install(|| method.run(&frame.gbuffer, params))?;
+    let image = pool.install(|| method.run(&gbuffer, params))?;
     args.frame.finish(&image, start, (method.name(), params))
 }
 

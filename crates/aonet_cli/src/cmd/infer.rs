@@ -5,6 +5,7 @@ use crate::setup;
 use anyhow::Result;
 use aonet::net::cpu::{Options, Precision, Session};
 use aonet::{AoImage, AoParams};
+use aonet_offline::frame::Frame;
 use clap::Parser;
 use std::path::PathBuf;
 use std::time::Instant;
@@ -38,8 +39,9 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     let model = setup::model(args.model.as_deref())?;
     // A network that does not see the radius has it built in.
     let fallback = (!model.config().features.sees_radius()).then_some(AoParams { radius: 1.0 });
-    let (frame, params) = args.frame.load(fallback)?;
-    let (width, height) = (frame.gbuffer.width(), frame.gbuffer.height());
+    // Methods take memory of their own: what they do not look at is dropped here.
+    let (Frame { gbuffer, .. }, params) = args.frame.load(fallback)?;
+    let (width, height) = (gbuffer.width(), gbuffer.height());
     let mut image = AoImage::open(width, height)?;
     let threads = setup::threads(args.frame.threads);
     let options = Options {
@@ -49,6 +51,6 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     };
     let mut session = Session::with_options(&model, (width, height), options)?;
     let start = Instant::now();
-    session.run(&frame.gbuffer, params, &mut image)?;
+    session.run(&gbuffer, params, &mut image)?;
     args.frame.finish(&image, start, ("network", params))
 }
