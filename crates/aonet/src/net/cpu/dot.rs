@@ -1,6 +1,7 @@
 //! Sums of products of numbers that are packed into 32-bit words: one f32, two bf16 or four integers.
 //!
-//! Packed words lie in memory of f32, which keeps every bit of what is only loaded and stored.
+//! Packed words lie in memory of f32. Copies of an f32 keep all of its bits, signalling NaN included, on every target but
+//! those with x87 registers, where nothing is packed. Arithmetic would not: words are copied, loaded and nothing else.
 
 use super::simd::Simd;
 

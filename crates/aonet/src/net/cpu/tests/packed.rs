@@ -2,8 +2,12 @@
 
 use super::*;
 use crate::net::cpu::Precision;
+use crate::net::cpu::dot::{Dot, DotKernel};
+use crate::net::cpu::packing::{self, Steps};
+use crate::net::cpu::ring::{Input, Ring};
+use crate::net::cpu::simd::Simd;
 use crate::net::model::Ranges;
-use crate::net::plan::Step;
+use crate::net::plan::{CHANNEL_BLOCK, Step};
 use half::bf16;
 
 /// Inputs that were resampled may lie on the other side of a rounding's edge. Measured: 1.3e-8 at most.
@@ -141,5 +145,72 @@ fn integers_need_ranges_that_fit() {
     for wrong in [Option::None, Some(&known(3)), Some(&ranges(&["other".to_owned()], &[4]))] {
         let error = with(wrong).unwrap_err().to_string();
         assert!(error.contains("4 channels of features"), "{error}");
+    }
+}
+
+/// A pixel on its way through a ring's slot, a copy and both orders of a product: convolutions spread activations over
+/// a vector, heads spread weights.
+struct OnePixel<'a> {
+    input: &'a Input,
+    /// Of the pixel and its halo.
+    source: &'a [f32],
+    weights: f32,
+    /// What lay in the slot.
+    words: &'a mut Vec<f32>,
+    sums: &'a mut [[f32; CHANNEL_BLOCK]; 2],
+}
+
+impl DotKernel for OnePixel<'_> {
+    #[inline(always)]
+    fn run<D: Dot>(self, dot: D) {
+        let (simd, words) = (dot.simd(), D::Simd::LANES / D::PACKED);
+        let mut slots = vec![0.0; self.input.ring_len(1)];
+        let mut ring = Ring::<1>::new(self.input, &mut slots);
+        ring.fill(dot, self.input, self.source, ([0], 1));
+        self.words.extend_from_slice(&ring.row(self.input, self.source, 0)[HALO * words..][..words]);
+        let mut sums = [dot.zero(); 2];
+        for word in self.words.iter() {
+            sums[0] = dot.add(dot.splat(*word), dot.load(&[self.weights; CHANNEL_BLOCK]), sums[0]);
+            sums[1] = dot.add(dot.load(&[*word; CHANNEL_BLOCK]), dot.splat(self.weights), sums[1]);
+        }
+        for (sums, out) in sums.into_iter().zip(self.sums) {
+            simd.store(dot.finish(sums, simd.splat(1.0), simd.splat(0.0)), out);
+        }
+    }
+}
+
+#[test]
+fn words_that_look_like_signalling_nan_keep_their_bits() {
+    let (mut buffers, _) = buffers(&[(Layout::Blocked, (CHANNEL_BLOCK, 1, 1))]);
+    let buffer = buffers.remove(0);
+    // Numbers of a word of activations and of weights, and their bits. An infinite bfloat16 would be a NaN if it were
+    // quiet; a byte would be larger by 64.
+    let (bf16, int8) = ([1.0, f32::INFINITY], ([1.0, 2.0, 150.0, 127.0], [3.0, -7.0, -100.0, 127.0]));
+    for (precision, activations, weights, bits, expected) in [
+        (Precision::Bf16, &bf16[..], &[1.0, f32::MAX][..], [0x7f80_3f80, 0x7f80_3f80], f32::INFINITY),
+        (
+            Precision::Int8,
+            &int8.0,
+            &int8.1,
+            [0x7f96_0201, 0x7f9c_f903],
+            4.0 * (3.0 - 14.0 - 15000.0 + 16129.0),
+        ),
+    ] {
+        let Ok(arithmetic) = Arithmetic::new(Level::best(), precision) else { continue };
+        let weights = packing::word(arithmetic, weights.iter().copied());
+        assert_eq!(weights.to_bits(), bits[1], "{precision}: {weights:?}");
+        let steps = Steps::new(&[[0.0, 255.0]; CHANNEL_BLOCK]).unwrap();
+        let input = Input::new(buffer.clone(), Resample::None, (1, arithmetic.packed(), steps));
+        let source = activations.repeat(3 * CHANNEL_BLOCK / activations.len());
+        let (mut words, mut sums) = (Vec::new(), [[0.0; CHANNEL_BLOCK]; 2]);
+        arithmetic.run(OnePixel {
+            input: &input,
+            source: &source,
+            weights,
+            words: &mut words,
+            sums: &mut sums,
+        });
+        assert!(words.iter().all(|word| word.to_bits() == bits[0]), "{precision}: {words:?}");
+        assert_eq!(sums, [[expected; CHANNEL_BLOCK]; 2], "{precision}");
     }
 }
