@@ -25,7 +25,7 @@ const SIZES: [(usize, usize); 5] = [(540, 540), (1280, 720), (2048, 1024), (1920
 #[command(after_help = "Examples:
   aonet bench --threads 1 --threads 2 --size 1920x1080
   aonet bench --methods all
-  aonet bench --config configs/speed.json --ops --size 1280x720
+  aonet bench --config configs/models/speed.json --ops --size 1280x720
   aonet bench --classic all --size 1280x720")]
 pub(crate) struct Args {
     /// Network; may be repeated [default: the shipped one that serves any radius].

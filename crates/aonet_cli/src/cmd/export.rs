@@ -20,7 +20,7 @@ use std::path::{Path, PathBuf};
 #[command(after_help = "Examples:
   aonet export runs/a/best.safetensors --onnx a.onnx
   aonet export a.safetensors --onnx a_720p.onnx --size 1280x720 --tuned
-  aonet export --config configs/speed.json --onnx speed.onnx")]
+  aonet export --config configs/models/speed.json --onnx speed.onnx")]
 pub(crate) struct Args {
     /// Network.
     #[arg(required_unless_present = "config")]
