@@ -1,5 +1,6 @@
 //! Buffers on a device.
 
+use super::matrices::Matrices;
 use super::options::Precision;
 use crate::error::{Error, Result};
 use half::f16;
@@ -10,6 +11,8 @@ pub(super) struct Context {
     pub(super) device: wgpu::Device,
     pub(super) queue: wgpu::Queue,
     pub(super) precision: Precision,
+    /// Products of matrices; only with half floats.
+    pub(super) matrices: Option<Matrices>,
 }
 
 impl Context {

@@ -4,23 +4,6 @@
 // cells of a column, 8 channels; all of a GROUP read the same filters at the same time. Four input channels at a time
 // go through workgroup memory: one block of cells with their border, and their filters.
 
-struct Conv {
-    /// Cells of the output.
-    size: vec2<u32>,
-    /// Of four channels, of the input.
-    blocks: u32,
-    /// Of four channels, of the output.
-    out_blocks: u32,
-    /// Of each source: width, height, and the first of its blocks.
-    sources: array<vec4<u32>, SOURCES>,
-}
-
-@group(0) @binding(0) var<uniform> conv: Conv;
-/// By tile of outputs, block of inputs, tap, input of the block, block of outputs of the tile.
-@group(0) @binding(1) var<storage, read> weights: array<real4>;
-@group(0) @binding(2) var<storage, read> bias: array<vec4<f32>>;
-@group(0) @binding(3) var<storage, read_write> output: array<real4>;
-
 const BORDER: u32 = SIZE / 2u;
 const COLUMNS: u32 = 16u;
 const TILE: vec2<u32> = vec2(COLUMNS, 2u * ROWS);
@@ -28,6 +11,7 @@ const TILE_WIDTH: u32 = COLUMNS + 2u * BORDER;
 const TILE_LEN: u32 = TILE_WIDTH * (2u * ROWS + 2u * BORDER);
 /// Blocks of four outputs of a workgroup.
 const OUT_BLOCKS: u32 = 2u * GROUPS;
+/// Filters of a block of inputs: by tap, input of the block, block of outputs of the tile.
 const FILTER_LEN: u32 = SIZE * SIZE * 4u * OUT_BLOCKS;
 const INVOCATIONS: u32 = COLUMNS * 2u * GROUPS;
 

@@ -1,5 +1,6 @@
 //! A device for programs that do not render: servers, commands, tests.
 
+use super::matrices::Matrices;
 use crate::error::{Error, Result};
 use std::pin::pin;
 use std::task::{Context, Poll, Waker};
@@ -13,6 +14,8 @@ pub struct Device {
     pub device: wgpu::Device,
     /// Its queue.
     pub queue: wgpu::Queue,
+    /// The products of matrices that it has, if it has any.
+    pub matrices: Option<Matrices>,
 }
 
 /// Features that are asked for where they exist: see [`Device::device`].
@@ -35,9 +38,12 @@ impl Device {
             .await
             .map_err(|e| Error::device("adapter", "one that computes", e))?;
         let limits = adapter.limits();
+        let matrices = Matrices::of(&adapter);
+        let of_matrices = if matrices.is_some() { Matrices::FEATURES } else { wgpu::Features::empty() };
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("aonet"),
-            required_features: adapter.features() & WANTED,
+            required_features: adapter.features() & WANTED | of_matrices,
+            experimental_features: experimental(matrices),
             // What images of any size need; else what every adapter has.
             required_limits: wgpu::Limits {
                 max_buffer_size: limits.max_buffer_size,
@@ -51,7 +57,7 @@ impl Device {
             .request_device(&descriptor)
             .await
             .map_err(|e| Error::device("device", "WebGPU's default limits", e))?;
-        Ok(Self { adapter: adapter.get_info(), device, queue })
+        Ok(Self { adapter: adapter.get_info(), device, queue, matrices })
     }
 
     /// The same, waiting for it.
@@ -67,6 +73,16 @@ impl Device {
             }
             std::thread::yield_now();
         }
+    }
+}
+
+#[allow(unsafe_code, reason = "wgpu asks for a promise where a feature is experimental")]
+fn experimental(matrices: Option<Matrices>) -> wgpu::ExperimentalFeatures {
+    match matrices {
+        // SAFETY: products of matrices are all that is asked for, and only shaders of this crate that tests hold
+        // against plain loops compute them.
+        Some(_) => unsafe { wgpu::ExperimentalFeatures::enabled() },
+        None => wgpu::ExperimentalFeatures::disabled(),
     }
 }
 

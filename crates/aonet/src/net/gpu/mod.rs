@@ -23,10 +23,13 @@
 mod agtao;
 mod context;
 mod conv;
+mod conv_matrix;
 mod device;
 mod features;
 mod head;
+mod head_matrix;
 mod image;
+mod matrices;
 mod memory;
 mod network;
 #[cfg(not(target_arch = "wasm32"))]
@@ -40,6 +43,7 @@ mod tests;
 mod view;
 
 pub use device::Device;
+pub use matrices::Matrices;
 #[cfg(not(target_arch = "wasm32"))]
 pub use offscreen::Offscreen;
 pub use options::{DepthEncoding, Frame, NormalEncoding, NormalSpace, Options, Precision};

@@ -3,6 +3,7 @@
 use super::context::Context;
 use super::conv::Conv;
 use super::head::Head;
+use super::matrices::Matrices;
 use super::options::{Options, Precision};
 use super::pass::Compiler;
 use super::view;
@@ -46,10 +47,13 @@ impl Network {
     ) -> Result<Self> {
         check_limits(&device.limits())?;
         let features = model.config().features;
+        let precision = precision(device, features, options);
+        let has_matrices = precision == Precision::F16 && device.features().contains(Matrices::FEATURES);
         let context = Context {
             device: device.clone(),
             queue: queue.clone(),
-            precision: precision(device, features, options),
+            precision,
+            matrices: options.matrices.filter(|_| has_matrices),
         };
         // Its steps are those of every size.
         let plan = Plan::new(model.graph(), 1, 1)?;

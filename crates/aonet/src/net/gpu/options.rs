@@ -1,5 +1,6 @@
 //! What a session is told once, and what it is told every frame.
 
+use super::matrices::Matrices;
 use crate::ao_image::AoParams;
 use crate::camera::Camera;
 
@@ -55,6 +56,9 @@ pub enum DepthEncoding {
 pub struct Options {
     /// Numbers to compute with.
     pub precision: Precision,
+    /// Products of matrices to compute convolutions and kernels with, where the precision comes to half floats:
+    /// [`Matrices::of`] the adapter, or what a [`Device`](super::Device) says. None computes without.
+    pub matrices: Option<Matrices>,
     /// Encoding of the normals.
     pub normals: NormalEncoding,
     /// Their space.
@@ -71,6 +75,7 @@ impl Default for Options {
     fn default() -> Self {
         Self {
             precision: Precision::default(),
+            matrices: None,
             normals: NormalEncoding::default(),
             normal_space: NormalSpace::default(),
             depth: DepthEncoding::default(),

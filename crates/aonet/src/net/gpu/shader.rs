@@ -18,6 +18,12 @@ impl Shader {
         Self(format!("{enable}{types}")).flag("HALF", precision == Precision::F16)
     }
 
+    /// Half floats and products of matrices; see [`Matrices`](super::matrices::Matrices).
+    pub(super) fn with_matrices() -> Self {
+        let Self(begin) = Self::new(Precision::F16);
+        Self(format!("enable wgpu_cooperative_matrix;\n{begin}"))
+    }
+
     /// A whole number.
     pub(super) fn number(self, name: &str, value: usize) -> Self {
         self.constant(name, ("u32", format!("{value}u")))

@@ -4,10 +4,11 @@ use super::context::Context;
 use super::conv::{Conv, Kind};
 use super::device::{Device, scoped};
 use super::head::{self, Head};
+use super::matrices::Matrices;
 use super::memory::{BLOCK, Memory, blocks};
 use super::options::{DepthEncoding, NormalEncoding, Options, Precision};
 use super::pass::{Compiler, Pass};
-use super::{agtao, features, image, view};
+use super::{agtao, features, head_matrix, image, view};
 use crate::net::config::{Features, KernelWeights};
 use crate::net::graph::{Activation, Graph, Op};
 use crate::net::naive::{self, Planes};
@@ -24,7 +25,9 @@ const PRECISIONS: [Precision; 2] = [Precision::F32, Precision::F16];
 fn validate(source: &str, what: &str) {
     let module = naga::front::wgsl::parse_str(source)
         .unwrap_or_else(|e| panic!("{what}: {}\n{source}", e.emit_to_string(source)));
-    let capabilities = naga::valid::Capabilities::SHADER_FLOAT16;
+    use naga::valid::Capabilities;
+    let capabilities =
+        Capabilities::SHADER_FLOAT16 | Capabilities::COOPERATIVE_MATRIX | Capabilities::SUBGROUP;
     let mut validator = naga::valid::Validator::new(naga::valid::ValidationFlags::all(), capabilities);
     validator.validate(&module).unwrap_or_else(|e| panic!("{what}: {}\n{source}", e.emit_to_string(source)));
     let mut layouter = naga::proc::Layouter::default();
@@ -45,14 +48,21 @@ fn every_shader_is_valid() {
                 for sources in
                     [vec![None], vec![AvgPool(4), Upsample2], vec![Upsample2, None, AvgPool(2), None]]
                 {
-                    let kind = Kind { sources, size, activation: Activation::LeakyRelu, groups: 4 };
+                    let kind = Kind { sources, size, activation: Activation::LeakyRelu, tile: 32 };
                     validate(kind.shader(precision, rows).source(), &format!("{kind:?}"));
+                    for matrices in MATRICES {
+                        validate(kind.matrix_shader(matrices, rows).source(), &format!("{kind:?}"));
+                    }
                 }
             }
             for patch in [1, 2, 4, 8] {
                 for kernel in [Off, Correction, Linear, Softmax] {
                     let shader = head::shader(precision, (patch, kernel), rows);
                     validate(shader.source(), &format!("head {patch} {kernel:?}"));
+                }
+                for (matrices, kernel) in MATRICES.into_iter().zip([Linear, Softmax].into_iter().cycle()) {
+                    let shader = head_matrix::shader(matrices, 64, (patch, kernel));
+                    validate(shader.source(), &format!("head {patch} {matrices:?}"));
                 }
             }
         }
@@ -73,6 +83,14 @@ fn every_shader_is_valid() {
         }
     }
 }
+
+/// Of llvmpipe and of devices of several makers.
+const MATRICES: [Matrices; 4] = [
+    Matrices { side: 8, lanes: 8 },
+    Matrices { side: 8, lanes: 32 },
+    Matrices { side: 16, lanes: 32 },
+    Matrices { side: 16, lanes: 64 },
+];
 
 const FEATURES: [Features; 7] = [
     Features::Normal,
@@ -99,13 +117,18 @@ fn a_broken_shader_is_noticed() {
     validate("fn main() -> u32 { return 1.5; }", "broken");
 }
 
-/// What tests run on, at both precisions if the device has them; none, said so, where there is no device.
+/// What tests run on, at both precisions and with products of matrices if the device has them; none, said so, where there is
+/// no device.
 fn contexts() -> Vec<Context> {
-    let Some(device) = test_device() else { return vec![] };
-    let halves = device.device.features().contains(wgpu::Features::SHADER_F16);
-    let precisions = PRECISIONS.into_iter().filter(|p| halves || *p == Precision::F32);
-    let Device { device, queue, .. } = device;
-    precisions.map(|precision| Context { device: device.clone(), queue: queue.clone(), precision }).collect()
+    let Some(Device { device, queue, matrices, .. }) = test_device() else { return vec![] };
+    let context =
+        |precision, matrices| Context { device: device.clone(), queue: queue.clone(), precision, matrices };
+    let mut contexts = vec![context(Precision::F32, None)];
+    if device.features().contains(wgpu::Features::SHADER_F16) {
+        contexts.push(context(Precision::F16, None));
+    }
+    contexts.extend(matrices.map(|matrices| context(Precision::F16, Some(matrices))));
+    contexts
 }
 
 fn test_device() -> Option<Device> {
@@ -281,7 +304,7 @@ fn check_conv(
             assert_close(
                 &found.values,
                 &expected.values,
-                (context.precision, &format!("{rows} rows, {what}")),
+                (context.precision, &format!("{rows} rows, {:?}, {what}", context.matrices)),
             );
         }
     }
@@ -355,7 +378,11 @@ fn check_head(
         let head = Head::new(context, &plan, &weights, ("conv", [0, 1], patch, kernel)).unwrap();
         let pass = scoped(&context.device, "head", || head.pass(context, &compiler, (&plan, &memory), &raw));
         let found = floats(&run(context, &pass.unwrap(), &raw));
-        assert_close(&found, &expected.values, (context.precision, &what));
+        assert_close(
+            &found,
+            &expected.values,
+            (context.precision, &format!("{:?}, {what}", context.matrices)),
+        );
     }
 }
 
