@@ -86,9 +86,12 @@ fn the_papers_weights_give_the_cpus_image() {
     let expected = on_cpu(&model, &gbuffer);
     for (precision, tolerance) in [(Precision::F32, TOLERANCE), (Precision::F16, HALF_TOLERANCE)] {
         let found = run((&device, precision), &model, &gbuffer);
-        eprintln!("paper, {precision:?}: {:e}", max_error(&found, &expected));
+        eprintln!("paper, {precision:?}, {:?}: {:e}", device.matrices, max_error(&found, &expected));
         assert_close(&found, &expected, (tolerance, &format!("{precision:?}")));
     }
+    let without = Device { matrices: None, ..device };
+    let found = run((&without, Precision::F16), &model, &gbuffer);
+    assert_close(&found, &expected, (HALF_TOLERANCE, "no products of matrices"));
 }
 
 fn on_cpu(model: &Model, gbuffer: &GBuffer) -> AoImage {
@@ -154,6 +157,7 @@ fn inputs(device: &Device, gbuffer: &GBuffer) -> Inputs {
 
 const OPTIONS: Options = Options {
     precision: Precision::F32,
+    matrices: None,
     normals: aonet::net::gpu::NormalEncoding::Plain,
     normal_space: aonet::net::gpu::NormalSpace::View,
     depth: aonet::net::gpu::DepthEncoding::Linear,

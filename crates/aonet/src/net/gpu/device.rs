@@ -1,6 +1,8 @@
 //! A device for programs that do not render: servers, commands, tests.
 
 use super::matrices::Matrices;
+#[cfg(not(target_arch = "wasm32"))]
+use super::matrix_trial;
 use crate::error::{Error, Result};
 use std::pin::pin;
 use std::task::{Context, Poll, Waker};
@@ -60,7 +62,7 @@ impl Device {
         Ok(Self { adapter: adapter.get_info(), device, queue, matrices })
     }
 
-    /// The same, waiting for it.
+    /// The same, waiting for it. Products of matrices are tried out.
     ///
     /// # Errors
     /// As [`Device::request`].
@@ -69,7 +71,9 @@ impl Device {
         let mut request = pin!(Self::request());
         loop {
             if let Poll::Ready(device) = request.as_mut().poll(&mut Context::from_waker(Waker::noop())) {
-                return device;
+                let device = device?;
+                let right = |m: &Matrices| matrix_trial::succeeds(*m, &device.device, &device.queue);
+                return Ok(Self { matrices: device.matrices.filter(right), ..device });
             }
             std::thread::yield_now();
         }

@@ -12,7 +12,8 @@ const ENOUGH_WORKGROUPS: usize = 256;
 
 /// The products of matrices that a device computes: squares of half floats, added up in 32 bits.
 ///
-/// A device has to be made with [`Matrices::FEATURES`], one of which is experimental in wgpu.
+/// A device has to be made with [`Matrices::FEATURES`], one of which is experimental in wgpu:
+/// [`Device`](super::Device) takes them only after a trial.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Matrices {
     /// Rows and columns: 8 or 16.
@@ -43,8 +44,13 @@ impl Matrices {
                     && [p.m_size, p.n_size, p.k_size].iter().all(|s| s == side)
             })
         };
-        let side = [16, 8].into_iter().find(side)?;
+        let side = [16, 8].into_iter().filter(|side| *side <= lanes).find(side)?;
         Some(Self { side: side as usize, lanes: lanes as usize })
+    }
+
+    /// Subgroups of a workgroup.
+    pub(super) fn waves(self) -> usize {
+        WAVES
     }
 
     /// Invocations of a workgroup.

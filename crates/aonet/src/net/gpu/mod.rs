@@ -30,6 +30,8 @@ mod head;
 mod head_matrix;
 mod image;
 mod matrices;
+#[cfg(not(target_arch = "wasm32"))]
+mod matrix_trial;
 mod memory;
 mod network;
 #[cfg(not(target_arch = "wasm32"))]

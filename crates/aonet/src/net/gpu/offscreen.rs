@@ -32,12 +32,13 @@ const OPTIONS: Options = Options {
 };
 
 impl Offscreen {
-    /// A session for frames of `size` (width, height) [px] with its own textures.
+    /// A session for frames of `size` (width, height) [px] with its own textures. It multiplies matrices where `precision`
+    /// comes to half floats and the device says how.
     ///
     /// # Errors
     /// As [`Session::new`].
     pub fn new(device: &Device, model: &Model, size: (usize, usize), precision: Precision) -> Result<Self> {
-        let options = Options { precision, ..OPTIONS };
+        let options = Options { precision, matrices: device.matrices, ..OPTIONS };
         let session = Session::new((&device.device, &device.queue), model, size, options)?;
         scoped(&device.device, "textures", || {
             let texture = |format, usage| {

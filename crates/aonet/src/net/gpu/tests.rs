@@ -8,7 +8,7 @@ use super::matrices::Matrices;
 use super::memory::{BLOCK, Memory, blocks};
 use super::options::{DepthEncoding, NormalEncoding, Options, Precision};
 use super::pass::{Compiler, Pass};
-use super::{agtao, features, head_matrix, image, view};
+use super::{agtao, features, head_matrix, image, matrix_trial, view};
 use crate::net::config::{Features, KernelWeights};
 use crate::net::graph::{Activation, Graph, Op};
 use crate::net::naive::{self, Planes};
@@ -42,6 +42,9 @@ fn validate(source: &str, what: &str) {
 fn every_shader_is_valid() {
     use KernelWeights::{Correction, Linear, Off, Softmax};
     use Resample::{AvgPool, None, Upsample2};
+    for matrices in MATRICES {
+        validate(matrix_trial::shader(matrices).source(), "trial");
+    }
     for precision in PRECISIONS {
         for rows in [1, 2, 4] {
             for size in [1, 3] {
