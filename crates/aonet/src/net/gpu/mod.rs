@@ -21,8 +21,10 @@
 //! ```
 
 mod agtao;
+mod chain;
 mod context;
 mod conv;
+mod denoise;
 mod device;
 mod features;
 mod head;
@@ -33,16 +35,18 @@ mod network;
 mod offscreen;
 mod options;
 mod pass;
+mod search;
 mod session;
 mod shader;
 #[cfg(test)]
 mod tests;
 mod view;
 
+pub use chain::Timestamps;
 pub use device::Device;
 #[cfg(not(target_arch = "wasm32"))]
 pub use offscreen::Offscreen;
 pub use options::{DepthEncoding, Frame, NormalEncoding, NormalSpace, Options, Precision};
-pub use session::{Session, Timestamps};
+pub use session::Session;
 pub use view::{Textures, View};
 pub use wgpu;

@@ -67,14 +67,17 @@ fn slice_at(p: Pixel, turn: f32) -> Slice {
     return Slice(d, along, v + axis * slide, squared * inverse_length, cos_n, sin_n, select(n, -n, sin_n < 0.0));
 }
 
-/// Light between the viewer and a horizon on one side, by the cosine between the two.
+/// Light from the angles between the viewer and an angle (with its cosine and sine), whose sign tells the side.
 // Jimenez et al. 2016, Eq. 7: an antiderivative of cos(t - n) |sin t|, zero at the viewer.
-fn light_above(s: Slice, horizon: f32, sign: f32) -> f32 {
-    let cosine = clamp(horizon, -1.0, 1.0);
-    let angle = arc_cosine(cosine) * sign;
-    let sine = sqrt(1.0 - cosine * cosine) * sign;
+fn arc(s: Slice, angle: f32, cosine: f32, sine: f32) -> f32 {
     let of_double = (2.0 * cosine * cosine - 1.0) * s.cos_n + 2.0 * cosine * sine * s.sin_n;
     return (2.0 * angle * s.sin_n + s.cos_n - of_double) * 0.25;
+}
+
+/// Light between the viewer and a horizon on one side, by the cosine between the two.
+fn light_above(s: Slice, horizon: f32, sign: f32) -> f32 {
+    let cosine = clamp(horizon, -1.0, 1.0);
+    return arc(s, arc_cosine(cosine) * sign, cosine, sqrt(1.0 - cosine * cosine) * sign);
 }
 
 /// Light of the whole slice when nothing occludes.
