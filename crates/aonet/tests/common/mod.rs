@@ -37,10 +37,14 @@ pub(crate) fn frame((width, height): (usize, usize), seed: u64) -> GBuffer {
 }
 
 /// A curved surface that occludes itself, with a hole.
-pub(crate) fn waves((width, height): (usize, usize)) -> GBuffer {
+pub(crate) fn waves(size: (usize, usize)) -> GBuffer {
+    waves_through(Projection::Perspective { fov_y: 1.0 }, size)
+}
+
+/// The same through another lens.
+pub(crate) fn waves_through(projection: Projection, (width, height): (usize, usize)) -> GBuffer {
     let view = (glam::Vec3::ZERO, -glam::Vec3::Z, glam::Vec3::Y);
-    let fov = Projection::Perspective { fov_y: 1.0 };
-    let camera = Camera::look_at(view, fov, (width, height), 0.0).unwrap();
+    let camera = Camera::look_at(view, projection, (width, height), 0.0).unwrap();
     let depth_at = |x: usize, y: usize| 3.0 + 0.4 * (x as f32 * 0.2).sin() * (y as f32 * 0.15).cos();
     let (mut depth, mut normal) = (Vec::new(), Vec::new());
     for i in 0..width * height {

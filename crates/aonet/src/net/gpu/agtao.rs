@@ -4,7 +4,8 @@ use super::denoise;
 use super::features::Extras;
 use super::options::{Options, Precision};
 use super::pass::{Binding, Compiler, Pass, Recipe};
-use super::search::{self, Steps};
+use super::pixels::{self, Reach};
+use super::search;
 use super::shader::Shader;
 use crate::classic::{AgtaoParams, HORIZONS};
 
@@ -25,7 +26,7 @@ pub(super) fn passes(
     let Some(Horizons { found, filtered }) = &extras.horizons else { return vec![] };
     let search = Recipe { label: "agtao", shader: shader(of, &HORIZONS), sees_frame: true };
     vec![
-        search::pass(compiler, &search, &[Binding::Write(found)], size),
+        pixels::pass(compiler, &search, &[Binding::Write(found)], size),
         denoise::pass((compiler, denoise::shader(of, HORIZONS.denoise())), [found, filtered], size),
     ]
 }
@@ -34,7 +35,7 @@ pub(super) fn passes(
 pub(super) fn shader(of: (Precision, &Options), params: &AgtaoParams) -> Shader {
     let (sin, cos) = params.angle_bias.to_radians().sin_cos();
     let AgtaoParams { slices, steps, radius_scale, power, .. } = *params;
-    search::shader(of, Steps { slices, steps, radius_scale, power })
+    search::shader(of, (slices, steps), Reach { radius_scale, power })
         .float("ATTENUATION", params.attenuation)
         .float("COS_BIAS", cos)
         .float("SIN_BIAS", sin)

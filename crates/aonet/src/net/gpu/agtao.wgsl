@@ -15,8 +15,7 @@ struct Horizon {
 fn rise(p: Pixel, s: Slice, pixels: f32, sign: f32, before: Horizon) -> Horizon {
     // Whole pixels, as on the CPU.
     let place = p.at + round(offset_in(s, pixels * sign));
-    let pixel = nearest(place);
-    let at = project(p, s, position_at(pixel, depth_at(vec2<u32>(pixel))));
+    let at = project(p, s, shown_at(place));
     let squared = max(dot(at, at), 1e-36);
     let cosine = at.x * inverseSqrt(squared);
     let radius = frame.radius * RADIUS_SCALE;

@@ -1,37 +1,14 @@
 //! What the methods that look for occluders in slices share.
 
-use super::features::surface;
 use super::options::{Options, Precision};
-use super::pass::{Binding, Compiler, Pass, Recipe};
+use super::pixels::{self, Reach};
 use super::shader::Shader;
 
-/// Parameters that they all have. See [`crate::classic`].
-#[derive(Debug, Clone, Copy)]
-pub(super) struct Steps {
-    pub(super) slices: u32,
-    pub(super) steps: u32,
-    pub(super) radius_scale: f32,
-    pub(super) power: f32,
-}
-
-/// A shader without the method's own part.
-pub(super) fn shader(of: (Precision, &Options), by: Steps) -> Shader {
-    surface(of.0, of.1)
-        .number("SLICES", by.slices as usize)
-        .number("STEPS", by.steps as usize)
-        .float("RADIUS_SCALE", by.radius_scale)
-        .float("POWER", by.power)
-        .part(include_str!("noise.wgsl"))
+/// A shader without the method's own part: so many slices and taps on each side of them.
+pub(super) fn shader(of: (Precision, &Options), (slices, steps): (u32, u32), reach: Reach) -> Shader {
+    pixels::shader(of, reach)
+        .number("SLICES", slices as usize)
+        .number("STEPS", steps as usize)
         .part(include_str!("slice.wgsl"))
         .part(include_str!("search.wgsl"))
-}
-
-/// The dispatch of a search in a frame of `size` (width, height) [px].
-pub(super) fn pass(
-    compiler: &Compiler,
-    recipe: &Recipe<'_>,
-    bindings: &[Binding<'_>],
-    (width, height): (usize, usize),
-) -> Pass {
-    Pass::new(compiler, recipe, bindings, [width.div_ceil(8), height.div_ceil(8), 1])
 }

@@ -1,19 +1,7 @@
 // A plane through a pixel and the camera, in which occluders are looked for. CPU twin: classic/slice.rs.
 
-const PI: f32 = 3.1415927;
 /// Least cosine between normal and view that the tangent plane is followed at. guess
 const MOST_GRAZING: f32 = 0.1;
-
-/// A pixel that shows geometry.
-struct Pixel {
-    at: vec2<f32>,
-    /// View space.
-    position: vec3<f32>,
-    normal: vec3<f32>,
-    to_viewer: vec3<f32>,
-    /// The AO radius on the screen [px].
-    radius_px: f32,
-}
 
 /// Spanned by the unit vectors to_viewer and one across it, "along".
 // Jimenez et al. 2016, §4, Alg. 1: the light of a pixel as an integral over slices.
@@ -39,17 +27,9 @@ fn arc_cosine(x: f32) -> f32 {
     return select(positive, PI - positive, x < 0.0);
 }
 
-/// Sine of an angle between -PI/2 and PI/2, and a little beyond. WGSL's own may be off by 5e-4.
-fn small_sine(x: f32) -> f32 {
-    let s = x * x;
-    let higher = 1.0 / 120.0 + s * (-1.0 / 5040.0 + s * (1.0 / 362880.0 - s / 39916800.0));
-    return x * (1.0 + s * (-1.0 / 6.0 + s * higher));
-}
-
 /// The slice at so many half turns from the screen's x axis, in [0, 1].
 fn slice_at(p: Pixel, turn: f32) -> Slice {
-    let angle = turn * PI;
-    let d = vec2(small_sine(0.5 * PI - angle), small_sine(min(angle, PI - angle)));
+    let d = half_turn(turn);
     let v = p.to_viewer;
     let view_slope = dot(d, v.xy);
     let inverse_along = inverseSqrt(max(1.0 - view_slope * view_slope, 1e-6));
