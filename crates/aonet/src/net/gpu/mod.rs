@@ -39,7 +39,7 @@ mod shader;
 mod tests;
 mod view;
 
-pub use device::Device;
+pub use device::{Device, scoped};
 #[cfg(not(target_arch = "wasm32"))]
 pub use offscreen::Offscreen;
 pub use options::{DepthEncoding, Frame, NormalEncoding, NormalSpace, Options, Precision};
