@@ -6,7 +6,7 @@ use crate::Result;
 use crate::gbuffer::Surface;
 use crate::reference::Sampling;
 use crate::trace::Tracer;
-use aonet::net::gpu::{DepthEncoding, Device, scoped, wgpu};
+use aonet::net::gpu::{Device, scoped, wgpu};
 use aonet::{AoImage, AoParams, Error};
 
 /// A scene on a device and a way back.
@@ -14,19 +14,20 @@ use aonet::{AoImage, AoParams, Error};
 pub struct Offscreen<'a> {
     device: Device,
     tracer: &'a Tracer,
-    scene: SceneBuffers,
     /// Of the last image's size.
-    reference: Option<Reference>,
+    reference: Reference,
 }
 
 impl<'a> Offscreen<'a> {
-    /// Uploads the scene of `tracer`.
+    /// Uploads the scene of `tracer` and compiles the shaders.
     ///
     /// # Errors
-    /// As [`SceneBuffers::new`].
+    /// When the scene is too large for the device, or the device is lost.
     pub fn new(device: &Device, tracer: &'a Tracer) -> Result<Self> {
         let scene = SceneBuffers::new((&device.device, &device.queue), tracer)?;
-        Ok(Self { device: device.clone(), tracer, scene, reference: None })
+        let options = Options { sampling: Sampling { spp: 1, seed: 0 }, ..Options::default() };
+        let reference = Reference::new(&scene, (1, 1), options)?;
+        Ok(Self { device: device.clone(), tracer, reference })
     }
 
     /// [`reference_ao`](crate::reference::reference_ao) on the device: the same up to the rounding of directions and
@@ -44,76 +45,71 @@ impl<'a> Offscreen<'a> {
         progress: &(dyn Fn(u64) + Sync),
     ) -> Result<AoImage> {
         let size = (surface.gbuffer.width(), surface.gbuffer.height());
-        let mut reference = match self.reference.take() {
-            Some(mut reference) if reference.size() == size => {
-                reference.set_sampling(sampling)?;
-                reference
-            }
-            _ => {
-                let output = wgpu::TextureFormat::R32Float;
-                let options = Options { sampling, depth: DepthEncoding::Linear, output };
-                Reference::new(&self.scene, size, options)?
-            }
-        };
+        let (device, reference) = (&self.device, &mut self.reference);
+        if reference.size() != size {
+            reference.resize(size)?;
+        }
+        reference.set_sampling(sampling)?;
         reference.set_surface(self.tracer, surface, params)?;
         let counted = |dispatch: Dispatch| {
             let pixels = dispatch.first_pixel as usize..(dispatch.first_pixel + dispatch.pixels) as usize;
             let seen = pixels.filter(|&i| surface.gbuffer.is_foreground(i)).count() as u64;
             progress(seen * u64::from(dispatch.rays()));
         };
-        let open = scoped(&self.device.device, "reference", || {
-            self.submit(&mut reference, sampling.spp, &counted)?;
-            self.download(&reference)
+        let open = scoped(&device.device, "reference", || {
+            submit(device, (reference, sampling.spp), &counted)?;
+            download(device, reference.open())
         })?;
-        self.reference = Some(reference);
         let visibility = open.into_iter().map(|n| n as f32 / sampling.spp as f32).collect();
         Ok(AoImage::new(size.0, size.1, visibility)?)
     }
+}
 
-    /// Traces all rays, a dispatch at a time; the next one waits on the device while it runs.
-    fn submit(&self, reference: &mut Reference, spp: u32, counted: &dyn Fn(Dispatch)) -> aonet::Result<()> {
-        let Device { device, queue, .. } = &self.device;
+/// Traces all rays, a dispatch at a time; the next one waits on the device while it runs.
+fn submit(
+    Device { device, queue, .. }: &Device,
+    (reference, spp): (&mut Reference, u32),
+    counted: &dyn Fn(Dispatch),
+) -> aonet::Result<()> {
+    let mut encoder = device.create_command_encoder(&Default::default());
+    encoder.clear_buffer(reference.open(), 0, None);
+    queue.submit([encoder.finish()]);
+    let mut running = None;
+    reference.each_dispatch(spp, |reference, dispatch| {
         let mut encoder = device.create_command_encoder(&Default::default());
-        encoder.clear_buffer(reference.open(), 0, None);
-        queue.submit([encoder.finish()]);
-        let mut running = None;
-        reference.each_dispatch(spp, |reference, dispatch| {
-            let mut encoder = device.create_command_encoder(&Default::default());
-            reference.encode_rays(&mut encoder, dispatch);
-            let submitted = queue.submit([encoder.finish()]);
-            if let Some((submission_index, dispatch)) = running.replace((submitted, dispatch)) {
-                let wait = wgpu::PollType::Wait { submission_index: Some(submission_index), timeout: None };
-                device.poll(wait).map_err(|e| lost(e.to_string()))?;
-                counted(dispatch);
-            }
-            Ok(())
-        })?;
-        device.poll(wgpu::PollType::wait_indefinitely()).map_err(|e| lost(e.to_string()))?;
-        if let Some((_, dispatch)) = running {
+        reference.encode_rays(&mut encoder, dispatch);
+        let submitted = queue.submit([encoder.finish()]);
+        if let Some((submission_index, dispatch)) = running.replace((submitted, dispatch)) {
+            let wait = wgpu::PollType::Wait { submission_index: Some(submission_index), timeout: None };
+            device.poll(wait).map_err(lost)?;
             counted(dispatch);
         }
         Ok(())
+    })?;
+    device.poll(wgpu::PollType::wait_indefinitely()).map_err(lost)?;
+    if let Some((_, dispatch)) = running {
+        counted(dispatch);
     }
-
-    /// Open rays of each pixel.
-    fn download(&self, reference: &Reference) -> aonet::Result<Vec<u32>> {
-        let Device { device, queue, .. } = &self.device;
-        let back = device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("open rays"),
-            size: reference.open().size(),
-            usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
-            mapped_at_creation: false,
-        });
-        let mut encoder = device.create_command_encoder(&Default::default());
-        encoder.copy_buffer_to_buffer(reference.open(), 0, &back, 0, None);
-        queue.submit([encoder.finish()]);
-        back.map_async(wgpu::MapMode::Read, .., |_| ());
-        device.poll(wgpu::PollType::wait_indefinitely()).map_err(|e| lost(e.to_string()))?;
-        let bytes = back.get_mapped_range(..).map_err(|e| lost(e.to_string()))?;
-        Ok(bytes.chunks_exact(4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect())
-    }
+    Ok(())
 }
 
-fn lost(found: String) -> Error {
+/// Open rays of each pixel.
+fn download(Device { device, queue, .. }: &Device, open: &wgpu::Buffer) -> aonet::Result<Vec<u32>> {
+    let back = device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("open rays"),
+        size: open.size(),
+        usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
+        mapped_at_creation: false,
+    });
+    let mut encoder = device.create_command_encoder(&Default::default());
+    encoder.copy_buffer_to_buffer(open, 0, &back, 0, None);
+    queue.submit([encoder.finish()]);
+    back.map_async(wgpu::MapMode::Read, .., |_| ());
+    device.poll(wgpu::PollType::wait_indefinitely()).map_err(lost)?;
+    let bytes = back.get_mapped_range(..).map_err(lost)?;
+    Ok(bytes.chunks_exact(4).map(|b| u32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect())
+}
+
+fn lost(found: impl ToString) -> Error {
     Error::device("reference", "a device that answers", found)
 }

@@ -8,6 +8,8 @@ use crate::reference::Point;
 use crate::{Result, Scene};
 use aonet::net::gpu::{DepthEncoding, Frame, scoped, wgpu};
 use aonet::{Error, Projection};
+use glam::Vec3A;
+use rayon::prelude::*;
 
 /// What a renderer knows of a frame: textures of the reference's size, sampled once a pixel, with the usage
 /// `TEXTURE_BINDING`.
@@ -178,19 +180,26 @@ impl Points {
         {
             return Err(crate::Error::request("surface", format!("one of {triangles} triangles"), found));
         }
-        let mut bytes: [Vec<u8>; 3] = Default::default();
-        for i in 0..found.0 * found.1 {
-            let point = Point::new(scene, surface, i);
-            let vectors = point.map_or_else(Default::default, |p| [p.origin, p.normal, p.geo_normal]);
-            for (bytes, v) in bytes.iter_mut().zip(vectors) {
-                bytes.extend([v.x, v.y, v.z, 0.0].into_iter().flat_map(f32::to_le_bytes));
+        let mut bytes = [(); 3].map(|()| vec![0; found.0 * found.1 * POINT_BYTES]);
+        let [origins, normals, geo_normals] = bytes.each_mut().map(|b| b.par_chunks_exact_mut(POINT_BYTES));
+        origins.zip(normals).zip(geo_normals).enumerate().for_each(|(i, ((origin, normal), geo_normal))| {
+            if let Some(point) = Point::new(scene, surface, i) {
+                put(origin, point.origin);
+                put(normal, point.normal);
+                put(geo_normal, point.geo_normal);
             }
-        }
+        });
         Ok(scoped(&context.device, "start points", || {
             self.buffers.iter().zip(&bytes).for_each(|(to, of)| context.queue.write_buffer(to, 0, of));
             Ok(())
         })?)
     }
+}
+
+/// A vector, little-endian.
+fn put(bytes: &mut [u8], vector: Vec3A) {
+    let components = bytes.chunks_exact_mut(size_of::<f32>()).zip(vector.to_array());
+    components.for_each(|(bytes, x)| bytes.copy_from_slice(&x.to_le_bytes()));
 }
 
 /// The struct `Frame` of `start.wgsl`.

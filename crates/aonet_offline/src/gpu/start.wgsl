@@ -21,8 +21,9 @@ struct Frame {
 
 /// Depth of the background.
 const BACKGROUND: f32 = 1e16;
-/// How far a rasteriser may move a surface sideways [px]: vertices snap to 1/256 of a pixel; and as much again.
-const SNAP: f32 = 1.0 / 128.0;
+/// How far a rasteriser may move a surface sideways [px]: vertices snap to 1/256 of a pixel, so by half of it; and as much
+/// again.
+const SNAP: f32 = 1.0 / 256.0;
 /// Relative error of a position: that of the depth and a dozen roundings of half a unit in the last place.
 const POSITION_ERROR: f32 = 8.0 * 1.1920929e-7;
 
