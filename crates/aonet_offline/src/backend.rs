@@ -30,6 +30,15 @@ pub enum Rays<'a> {
 }
 
 impl Backend {
+    /// What computes: `cpu`, or the name of the adapter.
+    pub fn name(&self) -> &str {
+        match self {
+            Self::Cpu => "cpu",
+            #[cfg(feature = "gpu")]
+            Self::Gpu(device) => &device.adapter.name,
+        }
+    }
+
     /// The scene of `tracer`, where this backend can see it.
     ///
     /// # Errors
