@@ -60,7 +60,7 @@ mod view;
 
 pub use chain::Timestamps;
 pub use classic::ClassicSession;
-pub use device::Device;
+pub use device::{Device, scoped};
 pub use matrices::Matrices;
 #[cfg(not(target_arch = "wasm32"))]
 pub use offscreen::Offscreen;
