@@ -4,7 +4,7 @@ mod common;
 #[path = "common/device.rs"]
 mod device;
 
-use aonet::net::gpu::{Device, Offscreen, Options, Precision, Session, Textures, wgpu};
+use aonet::net::gpu::{Device, Kernels, Offscreen, Options, Precision, Session, Textures, wgpu};
 use aonet::net::{Features, KernelWeights, Model, ModelConfig, Skips, cpu, naive, shipped};
 use aonet::{AoImage, GBuffer};
 use common::{assert_close, frame, max_error, mean_error, model, params, small, spread, waves};
@@ -96,6 +96,19 @@ fn on_cpu(model: &Model, gbuffer: &GBuffer) -> AoImage {
     let mut image = AoImage::open(width, height).unwrap();
     cpu::Session::new(model, width, height, 1).unwrap().run(gbuffer, params(), &mut image).unwrap();
     image
+}
+
+#[test]
+fn subgroups_give_the_cpus_image_and_are_used_where_they_are() {
+    let Some(device) = device() else { return };
+    let model = Model::from_bytes(shipped::PAPER).unwrap();
+    let gbuffer = frame((130, 70), 3);
+    let options = Options { kernels: Kernels::Subgroups, ..OPTIONS };
+    let session = session(&device, &model, (130, 70), options);
+    let has = device.device.features().contains(wgpu::Features::SUBGROUP);
+    assert_eq!(session.kernels(), if has { Kernels::Subgroups } else { Kernels::Plain });
+    let found = encode(&device, &session, &gbuffer, OPTIONS.output);
+    assert_close(&found, &on_cpu(&model, &gbuffer), (TOLERANCE, "subgroups"));
 }
 
 #[test]

@@ -2,7 +2,9 @@
 //! `AONET_REQUIRE_GPU=1` it fails.
 #![allow(dead_code, reason = "each test program uses some of it")]
 
-use aonet::net::gpu::{DepthEncoding, Device, Frame, NormalEncoding, NormalSpace, Options, Precision, wgpu};
+use aonet::net::gpu::{
+    DepthEncoding, Device, Frame, Kernels, NormalEncoding, NormalSpace, Options, Precision, wgpu,
+};
 use aonet::{AoImage, GBuffer};
 
 /// A device, or none, said so.
@@ -39,6 +41,7 @@ pub(crate) fn inputs(device: &Device, gbuffer: &GBuffer) -> Inputs {
 /// Of a session for them, in 32-bit floats from end to end.
 pub(crate) const OPTIONS: Options = Options {
     precision: Precision::F32,
+    kernels: Kernels::Plain,
     normals: NormalEncoding::Plain,
     normal_space: NormalSpace::View,
     depth: DepthEncoding::Linear,

@@ -2,7 +2,7 @@
 
 use super::context::Context;
 use super::memory::{BLOCK, Memory, blocks};
-use super::options::Precision;
+use super::options::{Kernels, Precision};
 use super::pass::{Binding, Compiler, Pass, Recipe};
 use super::shader::Shader;
 use crate::error::Result;
@@ -123,7 +123,7 @@ impl Conv {
         bindings.extend(self.sources.iter().map(|s| Binding::Read(memory.of(s.buffer))));
         let recipe = Recipe {
             label: &self.name,
-            shader: self.kind.shader(context.precision, rows),
+            shader: self.kind.shader((context.precision, context.kernels), rows),
             sees_frame: false,
         };
         let workgroups = workgroups((output.width, output.height), rows, self.tiles);
@@ -133,8 +133,9 @@ impl Conv {
 
 impl Kind {
     /// The shader for so many rows an invocation.
-    pub(super) fn shader(&self, precision: Precision, rows: usize) -> Shader {
+    pub(super) fn shader(&self, (precision, kernels): (Precision, Kernels), rows: usize) -> Shader {
         let mut shader = Shader::new(precision)
+            .with_kernels(kernels)
             .number("SIZE", self.size)
             .number("ROWS", rows)
             .number("GROUPS", self.groups)
@@ -142,7 +143,11 @@ impl Kind {
             .number("FIRST_SOURCE", FIRST_SOURCE)
             .flag("LEAKY", self.activation == Activation::LeakyRelu)
             .float("LEAKY_SLOPE", LEAKY_SLOPE)
-            .part(include_str!("conv.wgsl"));
+            .part(include_str!("conv.wgsl"))
+            .part(match kernels {
+                Kernels::Plain => include_str!("filters.wgsl"),
+                Kernels::Subgroups => include_str!("filters_subgroup.wgsl"),
+            });
         let mut read = String::from("fn fetch(block: u32, cell: vec2<i32>) -> vec4<f32> {\n");
         for (i, resample) in self.sources.iter().enumerate() {
             let (pool, upsample) = match resample {

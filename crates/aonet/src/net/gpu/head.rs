@@ -4,7 +4,7 @@
 use super::context::Context;
 use super::conv;
 use super::memory::{BLOCK, Memory, blocks};
-use super::options::Precision;
+use super::options::{Kernels, Precision};
 use super::pass::{Binding, Compiler, Pass, Recipe};
 use super::shader::Shader;
 use crate::error::Result;
@@ -92,17 +92,22 @@ impl Head {
                 bindings.push(Binding::Read(memory.of(self.guide)))
             }
         }
-        let shader = shader(context.precision, (self.patch, self.kernel), rows);
+        let shader = shader((context.precision, context.kernels), (self.patch, self.kernel), rows);
         let recipe = Recipe { label: "head", shader, sees_frame: false };
         Ok(Pass::new(compiler, &recipe, &bindings, conv::workgroups(cells, rows, 1)))
     }
 }
 
 /// The shader of a head for so many cells an invocation.
-pub(super) fn shader(precision: Precision, (patch, kernel): (usize, KernelWeights), cells: usize) -> Shader {
+pub(super) fn shader(
+    (precision, kernels): (Precision, Kernels),
+    (patch, kernel): (usize, KernelWeights),
+    cells: usize,
+) -> Shader {
     let pixels = patch * patch;
     let common = |groups: usize| {
         Shader::new(precision)
+            .with_kernels(kernels)
             .number("PATCH", patch)
             .number("CELLS", cells)
             .number("GROUPS", groups.min(MAX_GROUPS))

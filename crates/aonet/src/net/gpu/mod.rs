@@ -58,7 +58,7 @@ pub use classic::ClassicSession;
 pub use device::Device;
 #[cfg(not(target_arch = "wasm32"))]
 pub use offscreen::Offscreen;
-pub use options::{DepthEncoding, Frame, NormalEncoding, NormalSpace, Options, Precision};
+pub use options::{DepthEncoding, Frame, Kernels, NormalEncoding, NormalSpace, Options, Precision};
 pub use session::Session;
 pub use view::{Textures, View};
 pub use wgpu;

@@ -24,6 +24,7 @@ pub struct Offscreen {
 /// Frames in memory are floats.
 const OPTIONS: Options = Options {
     precision: Precision::F32,
+    kernels: super::options::Kernels::Plain,
     normals: super::options::NormalEncoding::Plain,
     normal_space: super::options::NormalSpace::View,
     depth: DepthEncoding::Linear,

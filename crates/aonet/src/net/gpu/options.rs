@@ -2,6 +2,7 @@
 
 use crate::ao_image::AoParams;
 use crate::camera::Camera;
+use crate::net::config::{Channel, Features};
 
 /// Numbers that activations and weights are stored and multiplied in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -12,6 +13,61 @@ pub enum Precision {
     /// are added up in 32 bits. [`Session::precision`](super::Session::precision) says what it came to.
     #[default]
     F16,
+}
+
+/// How convolutions and heads are computed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Kernels {
+    /// With what every device has.
+    #[default]
+    Plain,
+    /// Filters are read once a subgroup where the device has `SUBGROUP`, else as [`Kernels::Plain`]. Which of the two is faster
+    /// depends on the device: `aonet bench --device gpu` tells.
+    Subgroups,
+}
+
+impl Precision {
+    /// What it comes to on a device for a network that sees these features: positions and depths in world units may be
+    /// anything, and do not fit in 16 bits.
+    pub fn on(self, device: &wgpu::Device, features: Features) -> Self {
+        let fits = features.channels().iter().all(|channel| match channel {
+            Channel::Normal(_) | Channel::NormalEncoded(_) => true,
+            Channel::DepthNormalized | Channel::ProjectedRadius | Channel::HorizonOcclusion => true,
+            Channel::Position(_) | Channel::Depth => false,
+        });
+        match device.features().contains(wgpu::Features::SHADER_F16) && fits {
+            true => self,
+            false => Self::F32,
+        }
+    }
+}
+
+impl Kernels {
+    /// What they come to on a device.
+    pub fn on(self, device: &wgpu::Device) -> Self {
+        match device.features().contains(wgpu::Features::SUBGROUP) {
+            true => self,
+            false => Self::Plain,
+        }
+    }
+}
+
+impl std::fmt::Display for Kernels {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Plain => "plain",
+            Self::Subgroups => "subgroups",
+        })
+    }
+}
+
+impl std::fmt::Display for Precision {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::F32 => "f32",
+            Self::F16 => "f16",
+        })
+    }
 }
 
 /// How a texture holds a normal. Any length but zero will do.
@@ -55,6 +111,8 @@ pub enum DepthEncoding {
 pub struct Options {
     /// Numbers to compute with.
     pub precision: Precision,
+    /// Instructions to compute with.
+    pub kernels: Kernels,
     /// Encoding of the normals.
     pub normals: NormalEncoding,
     /// Their space.
@@ -71,6 +129,7 @@ impl Default for Options {
     fn default() -> Self {
         Self {
             precision: Precision::default(),
+            kernels: Kernels::default(),
             normals: NormalEncoding::default(),
             normal_space: NormalSpace::default(),
             depth: DepthEncoding::default(),

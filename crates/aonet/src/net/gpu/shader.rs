@@ -1,6 +1,6 @@
 //! WGSL from parts: constants, then files, one after the other. WGSL itself has no way to include a file.
 
-use super::options::Precision;
+use super::options::{Kernels, Precision};
 use std::fmt::{Display, Write};
 
 /// A shader that grows.
@@ -16,6 +16,18 @@ impl Shader {
         };
         let types = format!("alias real = {real};\nalias real4 = vec4<{real}>;\n");
         Self(format!("{enable}{types}")).flag("HALF", precision == Precision::F16)
+    }
+
+    /// For these instructions: `together`.
+    pub(super) fn with_kernels(mut self, kernels: Kernels) -> Self {
+        // Browsers want to be told; elsewhere it is not known yet.
+        if cfg!(target_arch = "wasm32") && kernels == Kernels::Subgroups {
+            self.0.insert_str(0, "enable subgroups;\n");
+        }
+        self.part(match kernels {
+            Kernels::Plain => include_str!("together.wgsl"),
+            Kernels::Subgroups => include_str!("together_subgroup.wgsl"),
+        })
     }
 
     /// A whole number.
