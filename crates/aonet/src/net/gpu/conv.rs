@@ -2,7 +2,7 @@
 
 use super::context::Context;
 use super::memory::{BLOCK, Memory, blocks};
-use super::options::Precision;
+use super::options::{Kernels, Precision};
 use super::pass::{Binding, Compiler, Pass, Recipe};
 use super::shader::Shader;
 use crate::error::Result;
@@ -73,9 +73,9 @@ impl Conv {
         let tile = Self::tile(context, outputs);
         let tiles = outputs.div_ceil(tile);
         bias.resize(tiles * tile, 0.0);
-        let packed = match context.matrices {
-            Some(matrices) => filters.as_matrices(weight, matrices, tile),
-            None => filters.packed(weight, tile),
+        let packed = match context.kernels {
+            Kernels::Matrices(matrices) => filters.as_matrices(weight, matrices, tile),
+            Kernels::Plain | Kernels::Subgroups => filters.packed(weight, tile),
         };
         Ok(Self {
             name: name.to_owned(),
@@ -90,9 +90,9 @@ impl Conv {
 
     /// Outputs of a workgroup: the same for all, as few as that takes.
     fn tile(context: &Context, outputs: usize) -> usize {
-        let (unit, most) = match context.matrices {
-            Some(matrices) => (matrices.side, matrices.max_tiles()),
-            None => (OUTPUTS, MAX_GROUPS),
+        let (unit, most) = match context.kernels {
+            Kernels::Matrices(matrices) => (matrices.side, matrices.max_tiles()),
+            Kernels::Plain | Kernels::Subgroups => (OUTPUTS, MAX_GROUPS),
         };
         let units = outputs.div_ceil(unit);
         units.div_ceil(units.div_ceil(most)) * unit
@@ -105,9 +105,9 @@ impl Conv {
     pub(super) fn pass(&self, context: &Context, compiler: &Compiler, at: (&Plan, &Memory)) -> Result<Pass> {
         let output = &at.0.buffers[self.output];
         let cells = (output.width, output.height);
-        let rows = match context.matrices {
-            Some(matrices) => matrices.rows(cells, self.tiles),
-            None => rows(cells, self.tiles),
+        let rows = match context.kernels {
+            Kernels::Matrices(matrices) => matrices.rows(cells, self.tiles),
+            Kernels::Plain | Kernels::Subgroups => rows(cells, self.tiles),
         };
         self.pass_of_rows(context, compiler, at, rows)
     }
@@ -137,11 +137,14 @@ impl Conv {
         ];
         bindings.extend(self.sources.iter().map(|s| Binding::Read(memory.of(s.buffer))));
         let cells = (output.width, output.height);
-        let (shader, workgroups) = match context.matrices {
-            Some(matrices) => {
+        let (shader, workgroups) = match context.kernels {
+            Kernels::Matrices(matrices) => {
                 (self.kind.matrix_shader(matrices, rows), matrices.workgroups(cells, rows, self.tiles))
             }
-            None => (self.kind.shader(context.precision, rows), workgroups(cells, rows, self.tiles)),
+            kernels @ (Kernels::Plain | Kernels::Subgroups) => {
+                let shader = self.kind.shader((context.precision, kernels), rows);
+                (shader, workgroups(cells, rows, self.tiles))
+            }
         };
         let recipe = Recipe { label: &self.name, shader, sees_frame: false };
         Ok(Pass::new(compiler, &recipe, &bindings, workgroups))
@@ -150,9 +153,15 @@ impl Conv {
 
 impl Kind {
     /// The shader for so many rows an invocation.
-    pub(super) fn shader(&self, precision: Precision, rows: usize) -> Shader {
-        let begin = Shader::new(precision).number("ROWS", rows).number("GROUPS", self.tile / OUTPUTS);
-        self.around(begin, include_str!("conv.wgsl"))
+    pub(super) fn shader(&self, (precision, kernels): (Precision, Kernels), rows: usize) -> Shader {
+        let begin = Shader::new(precision)
+            .with_kernels(kernels)
+            .number("ROWS", rows)
+            .number("GROUPS", self.tile / OUTPUTS);
+        self.around(begin, include_str!("conv.wgsl")).part(match kernels {
+            Kernels::Subgroups => include_str!("filters_subgroup.wgsl"),
+            Kernels::Plain | Kernels::Matrices(_) => include_str!("filters.wgsl"),
+        })
     }
 
     /// A shader of the convolution: constants, `main`, and how it reads its sources.

@@ -12,7 +12,7 @@ use std::task::{Context, Poll, Waker};
 pub struct Device {
     /// Name, driver and kind of the adapter.
     pub adapter: wgpu::AdapterInfo,
-    /// With half floats, timestamps and textures of 16 bits where the adapter has them.
+    /// With half floats, subgroups, timestamps and textures of 16 bits where the adapter has them.
     pub device: wgpu::Device,
     /// Its queue.
     pub queue: wgpu::Queue,
@@ -22,6 +22,7 @@ pub struct Device {
 
 /// Features that are asked for where they exist: see [`Device::device`].
 const WANTED: wgpu::Features = wgpu::Features::SHADER_F16
+    .union(wgpu::Features::SUBGROUP)
     .union(wgpu::Features::TIMESTAMP_QUERY)
     .union(wgpu::Features::TEXTURE_FORMAT_16BIT_NORM);
 

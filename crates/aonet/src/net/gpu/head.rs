@@ -6,7 +6,7 @@ use super::conv;
 use super::head_matrix;
 use super::matrices::Matrices;
 use super::memory::{BLOCK, Memory, blocks};
-use super::options::Precision;
+use super::options::{Kernels, Precision};
 use super::pass::{Binding, Compiler, Pass, Recipe};
 use super::shader::Shader;
 use crate::error::Result;
@@ -48,7 +48,7 @@ impl Head {
             Some(output) if input < channels => weight[output * channels + input],
             Some(_) | None => 0.0,
         };
-        let matrices = head_matrix::suits(context.matrices, channels, kernel);
+        let matrices = head_matrix::suits(context.kernels, channels, kernel);
         let packed = match matrices {
             Some(matrices) => {
                 let kernels = order.len() / (WINDOW * WINDOW);
@@ -100,7 +100,7 @@ impl Head {
             }
             None => {
                 let rows = conv::rows(cells, 1);
-                (shader(context.precision, of, rows), conv::workgroups(cells, rows, 1))
+                (shader((context.precision, context.kernels), of, rows), conv::workgroups(cells, rows, 1))
             }
         };
         let recipe = Recipe { label: "head", shader, sees_frame: false };
@@ -109,9 +109,14 @@ impl Head {
 }
 
 /// The shader of a head for so many cells an invocation.
-pub(super) fn shader(precision: Precision, (patch, kernel): (usize, KernelWeights), cells: usize) -> Shader {
+pub(super) fn shader(
+    (precision, kernels): (Precision, Kernels),
+    (patch, kernel): (usize, KernelWeights),
+    cells: usize,
+) -> Shader {
     let begin = |groups: usize| {
         Shader::new(precision)
+            .with_kernels(kernels)
             .number("CELLS", cells)
             .number("GROUPS", groups.min(MAX_GROUPS))
             .number("OUT_BLOCKS", out_blocks(kernel))

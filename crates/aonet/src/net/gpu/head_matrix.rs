@@ -2,6 +2,7 @@
 
 use super::head::with_kernels;
 use super::matrices::{Matrices, unrolled};
+use super::options::Kernels;
 use super::shader::Shader;
 use crate::net::config::KernelWeights;
 use crate::net::graph::WINDOW;
@@ -16,11 +17,14 @@ const PRODUCT: &str =
     "sum = coopMultiplyAdd(cells_{r}, coopLoadT<MatrixB>(&weights[filters + {r}u * MATRIX], BLOCKS), sum);\n";
 
 /// The matrices to compute a head with: none for heads that fit badly.
-pub(super) fn suits(matrices: Option<Matrices>, channels: usize, kernel: KernelWeights) -> Option<Matrices> {
-    match kernel {
-        // Few products.
-        KernelWeights::Off | KernelWeights::Correction => None,
-        KernelWeights::Linear | KernelWeights::Softmax => matrices.filter(|_| channels <= MAX_CHANNELS),
+pub(super) fn suits(kernels: Kernels, channels: usize, kernel: KernelWeights) -> Option<Matrices> {
+    match (kernels, kernel) {
+        (Kernels::Matrices(matrices), KernelWeights::Linear | KernelWeights::Softmax) => {
+            Some(matrices).filter(|_| channels <= MAX_CHANNELS)
+        }
+        // Without kernels there are few products.
+        (Kernels::Matrices(_), KernelWeights::Off | KernelWeights::Correction) => None,
+        (Kernels::Plain | Kernels::Subgroups, _) => None,
     }
 }
 

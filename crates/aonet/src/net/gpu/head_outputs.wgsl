@@ -1,6 +1,7 @@
 // The 1x1 convolution of CELLS cells of a column.
 //
-// A workgroup computes 16 columns and 2 * CELLS rows of cells; its GROUPS share out the pixels of the patches.
+// A workgroup computes 16 columns and 2 * CELLS rows of cells; its GROUPS share out the pixels of the patches: a
+// kind of head adds `predict`.
 
 /// Halves are added up over so many blocks of inputs only.
 const EXACT_BLOCKS: u32 = 8u;
@@ -45,4 +46,16 @@ fn outputs(which: u32, column: u32, first_row: u32) -> array<vec4<f32>, SUMS> {
         totals[i] += vec4<f32>(sums[i]);
     }
     return totals;
+}
+
+@compute @workgroup_size(16, 2, GROUPS)
+fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_id) local: vec3<u32>) {
+    let column = group.x * 16u + local.x;
+    let first_row = (group.y * 2u + local.y) * CELLS;
+    let mine = together(local.z);
+    if (mine.whole) {
+        predict(mine.group, column, first_row);
+    } else {
+        predict(local.z, column, first_row);
+    }
 }

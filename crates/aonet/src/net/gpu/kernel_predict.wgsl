@@ -2,11 +2,9 @@
 //
 // The weights of a pixel for one component of the normal are computed together: a block for each row of its window.
 
-@compute @workgroup_size(16, 2, GROUPS)
-fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_id) local: vec3<u32>) {
-    let column = group.x * 16u + local.x;
-    let first_row = (group.y * 2u + local.y) * CELLS;
-    for (var pixel = local.z; pixel < PATCH * PATCH; pixel += GROUPS) {
+/// The pixels of the patches that a group has.
+fn predict(group: u32, column: u32, first_row: u32) {
+    for (var pixel = group; pixel < PATCH * PATCH; pixel += GROUPS) {
         var visibility: array<f32, CELLS>;
         for (var c = 0u; c < 3u; c++) {
             var kernels = outputs(pixel * 3u + c, column, first_row);

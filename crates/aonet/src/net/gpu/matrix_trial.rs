@@ -3,7 +3,7 @@
 use super::context::Context;
 use super::device::scoped;
 use super::matrices::Matrices;
-use super::options::Precision;
+use super::options::{Kernels, Precision};
 use super::pass::{Binding, Compiler, Pass, Recipe};
 use super::shader::Shader;
 use super::view;
@@ -15,7 +15,7 @@ pub(super) fn succeeds(matrices: Matrices, device: &wgpu::Device, queue: &wgpu::
         device: device.clone(),
         queue: queue.clone(),
         precision: Precision::F16,
-        matrices: Some(matrices),
+        kernels: Kernels::Matrices(matrices),
     };
     let products = scoped(device, "trial", || products(&context, matrices));
     products

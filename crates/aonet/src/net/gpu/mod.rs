@@ -64,7 +64,7 @@ pub use device::{Device, scoped};
 pub use matrices::Matrices;
 #[cfg(not(target_arch = "wasm32"))]
 pub use offscreen::Offscreen;
-pub use options::{DepthEncoding, Frame, NormalEncoding, NormalSpace, Options, Precision};
+pub use options::{DepthEncoding, Frame, Kernels, NormalEncoding, NormalSpace, Options, Precision};
 pub use session::Session;
 pub use view::{Textures, View};
 pub use wgpu;

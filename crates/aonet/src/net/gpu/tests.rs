@@ -6,7 +6,7 @@ use super::device::{Device, scoped};
 use super::head::{self, Head};
 use super::matrices::Matrices;
 use super::memory::{BLOCK, Memory, blocks};
-use super::options::{DepthEncoding, NormalEncoding, Options, Precision};
+use super::options::{DepthEncoding, Kernels, NormalEncoding, Options, Precision};
 use super::pass::{Compiler, Pass};
 use super::{features, head_matrix, image, matrix_trial, view};
 use crate::net::config::{Features, KernelWeights};
@@ -20,6 +20,8 @@ use wgpu::naga;
 const MAX_NMSE: [(Precision, f64); 2] = [(Precision::F32, 1e-12), (Precision::F16, 1e-5)];
 
 pub(super) const PRECISIONS: [Precision; 2] = [Precision::F32, Precision::F16];
+
+const KERNELS: [Kernels; 2] = [Kernels::Plain, Kernels::Subgroups];
 
 /// Panics when the shader is no WGSL or needs more memory a workgroup than WebGPU promises.
 pub(super) fn validate(source: &str, what: &str) {
@@ -45,14 +47,14 @@ fn every_shader_is_valid() {
     for matrices in MATRICES {
         validate(matrix_trial::shader(matrices).source(), "trial");
     }
-    for precision in PRECISIONS {
+    for by in PRECISIONS.into_iter().flat_map(|p| KERNELS.map(|k| (p, k))) {
         for rows in [1, 2, 4] {
             for size in [1, 3] {
                 for sources in
                     [vec![None], vec![AvgPool(4), Upsample2], vec![Upsample2, None, AvgPool(2), None]]
                 {
                     let kind = Kind { sources, size, activation: Activation::LeakyRelu, tile: 32 };
-                    validate(kind.shader(precision, rows).source(), &format!("{kind:?}"));
+                    validate(kind.shader(by, rows).source(), &format!("{kind:?}"));
                     for matrices in MATRICES {
                         validate(kind.matrix_shader(matrices, rows).source(), &format!("{kind:?}"));
                     }
@@ -60,7 +62,7 @@ fn every_shader_is_valid() {
             }
             for patch in [1, 2, 4, 8] {
                 for kernel in [Off, Correction, Linear, Softmax] {
-                    let shader = head::shader(precision, (patch, kernel), rows);
+                    let shader = head::shader(by, (patch, kernel), rows);
                     validate(shader.source(), &format!("head {patch} {kernel:?}"));
                 }
                 for (matrices, kernel) in MATRICES.into_iter().zip([Linear, Softmax].into_iter().cycle()) {
@@ -69,6 +71,8 @@ fn every_shader_is_valid() {
                 }
             }
         }
+    }
+    for precision in PRECISIONS {
         for options in encodings() {
             let surface = || features::surface(precision, &options);
             validate(features::depth_range_shader(surface()).source(), "depth range");
@@ -118,18 +122,19 @@ fn a_broken_shader_is_noticed() {
     validate("fn main() -> u32 { return 1.5; }", "broken");
 }
 
-/// What tests run on, at both precisions and with products of matrices if the device has them; none, said so, where there is
-/// no device.
+/// What tests run on, at both precisions and with all kernels if the device has them; none, said so, where there is no
+/// device.
 fn contexts() -> Vec<Context> {
     let Some(Device { device, queue, matrices, .. }) = test_device() else { return vec![] };
+    let has = |feature| device.features().contains(feature);
+    let precisions =
+        PRECISIONS.into_iter().filter(|p| *p == Precision::F32 || has(wgpu::Features::SHADER_F16));
+    let all = precisions.flat_map(|precision| KERNELS.map(|kernels| (precision, kernels)));
+    let all = all.filter(|(_, kernels)| *kernels == Kernels::Plain || has(wgpu::Features::SUBGROUP));
+    let all = all.chain(matrices.map(|matrices| (Precision::F16, Kernels::Matrices(matrices))));
     let context =
-        |precision, matrices| Context { device: device.clone(), queue: queue.clone(), precision, matrices };
-    let mut contexts = vec![context(Precision::F32, None)];
-    if device.features().contains(wgpu::Features::SHADER_F16) {
-        contexts.push(context(Precision::F16, None));
-    }
-    contexts.extend(matrices.map(|matrices| context(Precision::F16, Some(matrices))));
-    contexts
+        |(precision, kernels)| Context { device: device.clone(), queue: queue.clone(), precision, kernels };
+    all.map(context).collect()
 }
 
 fn test_device() -> Option<Device> {
@@ -305,7 +310,7 @@ fn check_conv(
             assert_close(
                 &found.values,
                 &expected.values,
-                (context.precision, &format!("{rows} rows, {:?}, {what}", context.matrices)),
+                (context.precision, &format!("{rows} rows, {}, {what}", context.kernels)),
             );
         }
     }
@@ -379,11 +384,7 @@ fn check_head(
         let head = Head::new(context, &plan, &weights, ("conv", [0, 1], patch, kernel)).unwrap();
         let pass = scoped(&context.device, "head", || head.pass(context, &compiler, (&plan, &memory), &raw));
         let found = floats(&run(context, &pass.unwrap(), &raw));
-        assert_close(
-            &found,
-            &expected.values,
-            (context.precision, &format!("{:?}, {what}", context.matrices)),
-        );
+        assert_close(&found, &expected.values, (context.precision, &format!("{}, {what}", context.kernels)));
     }
 }
 
