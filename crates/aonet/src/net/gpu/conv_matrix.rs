@@ -5,13 +5,11 @@ use super::matrices::{Matrices, unrolled};
 use super::memory::BLOCK;
 use super::shader::Shader;
 
-const LOAD_CELLS: &str =
-    "let cells_{r} = coopLoadT<MatrixA>(&tile[cells + {r}u * TILE_WIDTH * BLOCKS], BLOCKS);\n";
-const LOAD_FILTERS: &str =
-    "let filters_{t} = coopLoadT<MatrixB>(&weights[filters + {t}u * MATRIX], BLOCKS);\n";
+const LOAD_CELLS: &str = "let cells_{r} = cells_at(first_cell + {r}u * TILE_WIDTH * BLOCKS, BLOCKS);\n";
+const LOAD_FILTERS: &str = "let filters_{t} = filters_at(first_filter + {t}u * MATRIX);\n";
 /// The shape of a sum's parts is the driver's affair: they go through memory.
 const STORE: &str = "workgroupBarrier();
-coopStoreT(sum_{r}_{t}, &found[wave * MATRIX], BLOCKS);
+stage(sum_{r}_{t}, wave * MATRIX, BLOCKS);
 workgroupBarrier();
 write(first + vec2(0u, {r}u), first_block + {t}u * BLOCKS, wave, lane);
 ";
@@ -23,7 +21,7 @@ impl Kind {
         let products = [
             unrolled(LOAD_CELLS, [rows, 1]),
             unrolled(LOAD_FILTERS, [1, counts[1]]),
-            unrolled("sum_{r}_{t} = coopMultiplyAdd(cells_{r}, filters_{t}, sum_{r}_{t});\n", counts),
+            unrolled("sum_{r}_{t} = multiply_add(cells_{r}, filters_{t}, sum_{r}_{t});\n", counts),
         ];
         let main = include_str!("conv_matrix.wgsl")
             .replace("//SUMS", &unrolled("var sum_{r}_{t} = MatrixC();\n", counts))

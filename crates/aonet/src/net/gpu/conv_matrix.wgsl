@@ -11,7 +11,7 @@ const MATRIX: u32 = SIDE * BLOCKS;
 const TILE_WIDTH: u32 = SIDE + 2u * BORDER;
 const TILE_LEN: u32 = TILE_WIDTH * (WAVES * ROWS + 2u * BORDER);
 
-var<workgroup> tile: array<vec4<f16>, TILE_LEN * BLOCKS>;
+var<workgroup> cells: array<vec4<f16>, TILE_LEN * BLOCKS>;
 var<workgroup> found: array<vec4<f32>, WAVES * MATRIX>;
 
 /// Loads SIDE channels of the tile.
@@ -27,7 +27,7 @@ fn load(step: u32, group: vec3<u32>, index: u32) {
         if (block < conv.blocks) {
             values = fetch(block, clamp(cell, vec2(0), last));
         }
-        tile[place * BLOCKS + i / TILE_LEN] = vec4<f16>(values);
+        cells[place * BLOCKS + i / TILE_LEN] = vec4<f16>(values);
     }
 }
 
@@ -50,9 +50,12 @@ fn write(first: vec2<u32>, first_block: u32, wave: u32, lane: u32) {
 fn main(
     @builtin(workgroup_id) group: vec3<u32>,
     @builtin(local_invocation_index) index: u32,
-    @builtin(subgroup_id) wave: u32,
-    @builtin(subgroup_invocation_id) lane: u32,
+    @builtin(subgroup_id) subgroup: u32,
+    @builtin(subgroup_invocation_id) invocation: u32,
 ) {
+    let place = mine(subgroup, invocation, index);
+    let wave = place.x;
+    let lane = place.y;
 //SUMS
     let steps = (conv.blocks + BLOCKS - 1u) / BLOCKS;
     for (var step = 0u; step < steps; step++) {
@@ -61,8 +64,8 @@ fn main(
         workgroupBarrier();
         for (var dy = 0u; dy < SIZE; dy++) {
             for (var dx = 0u; dx < SIZE; dx++) {
-                let cells = ((wave * ROWS + dy) * TILE_WIDTH + dx) * BLOCKS;
-                let filters = (((group.z * steps + step) * SIZE + dy) * SIZE + dx) * TILES * MATRIX;
+                let first_cell = ((wave * ROWS + dy) * TILE_WIDTH + dx) * BLOCKS;
+                let first_filter = (((group.z * steps + step) * SIZE + dy) * SIZE + dx) * TILES * MATRIX;
 //PRODUCTS
             }
         }

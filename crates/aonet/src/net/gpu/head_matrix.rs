@@ -12,9 +12,8 @@ const MAX_CHANNELS: usize = 64;
 /// Pixels of a patch whose kernels are in memory at a time at most.
 const MAX_PIXELS: usize = 2;
 
-const LOAD_CELLS: &str = "let cells_{r} = coopLoadT<MatrixA>(&cells[first + {r}u * BLOCKS], IN_BLOCKS);\n";
-const PRODUCT: &str =
-    "sum = coopMultiplyAdd(cells_{r}, coopLoadT<MatrixB>(&weights[filters + {r}u * MATRIX], BLOCKS), sum);\n";
+const LOAD_CELLS: &str = "let cells_{r} = cells_at(first + {r}u * BLOCKS, IN_BLOCKS);\n";
+const PRODUCT: &str = "sum = multiply_add(cells_{r}, filters_at(filters + {r}u * MATRIX), sum);\n";
 
 /// The matrices to compute a head with: none for heads that fit badly.
 pub(super) fn suits(kernels: Kernels, channels: usize, kernel: KernelWeights) -> Option<Matrices> {

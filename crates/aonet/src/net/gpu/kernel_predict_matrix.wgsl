@@ -31,9 +31,13 @@ fn load(column: u32, row: u32, wave: u32, lane: u32) {
 @compute @workgroup_size(INVOCATIONS)
 fn main(
     @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(subgroup_id) wave: u32,
-    @builtin(subgroup_invocation_id) lane: u32,
+    @builtin(local_invocation_index) index: u32,
+    @builtin(subgroup_id) subgroup: u32,
+    @builtin(subgroup_invocation_id) invocation: u32,
 ) {
+    let place = mine(subgroup, invocation, index);
+    let wave = place.x;
+    let lane = place.y;
     let column = group.x * SIDE;
     let row = group.y * WAVES + wave;
     load(column, row, wave, lane);
@@ -55,7 +59,7 @@ fn main(
                     let filters = (kernel * TAP_MATRICES + t) * STEPS * MATRIX;
                     var sum = MatrixC();
 //PRODUCTS
-                    coopStoreT(sum, &found[place + t * BLOCKS], TAP_BLOCKS);
+                    stage(sum, place + t * BLOCKS, TAP_BLOCKS);
                 }
             }
             workgroupBarrier();

@@ -1,6 +1,8 @@
 //! Cooperative matrices: the invocations of a subgroup multiply small matrices together, on units made for that (tensor
 //! cores, matrix cores).
 
+#[cfg(test)]
+use super::options::Precision;
 use super::shader::Shader;
 
 /// Subgroups of a workgroup.
@@ -20,6 +22,9 @@ pub struct Matrices {
     pub(super) side: usize,
     /// Invocations of a subgroup.
     pub(super) lanes: usize,
+    /// Shaders that need no such device.
+    #[cfg(test)]
+    pub(super) spelt_out: bool,
 }
 
 impl Matrices {
@@ -45,7 +50,12 @@ impl Matrices {
             })
         };
         let side = [16, 8].into_iter().filter(|side| *side <= lanes).find(side)?;
-        Some(Self { side: side as usize, lanes: lanes as usize })
+        Some(Self {
+            side: side as usize,
+            lanes: lanes as usize,
+            #[cfg(test)]
+            spelt_out: false,
+        })
     }
 
     /// Subgroups of a workgroup.
@@ -75,19 +85,26 @@ impl Matrices {
         [width.div_ceil(self.side), height.div_ceil(WAVES * rows), tiles]
     }
 
-    /// The beginning of a shader.
+    /// The beginning of a shader, which is to declare `cells`, `weights` and `found`.
     pub(super) fn shader(self) -> Shader {
+        #[cfg(test)]
+        if self.spelt_out {
+            return self.numbers(Shader::new(Precision::F16)).part(include_str!("matrix_spelt_out.wgsl"));
+        }
         let side = self.side;
         let types = ["A", "B", "C"].map(|role| {
             let real = if role == "C" { "f32" } else { "f16" };
             format!("alias Matrix{role} = coop_mat{side}x{side}<{real}, {role}>;\n")
         });
-        Shader::with_matrices()
-            .number("SIDE", side)
+        self.numbers(Shader::with_matrices()).part(&types.concat()).part(include_str!("matrix.wgsl"))
+    }
+
+    fn numbers(self, begin: Shader) -> Shader {
+        begin
+            .number("SIDE", self.side)
             .number("LANES", self.lanes)
             .number("WAVES", WAVES)
             .number("INVOCATIONS", self.invocations())
-            .part(&types.concat())
     }
 }
 

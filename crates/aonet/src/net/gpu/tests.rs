@@ -1,126 +1,22 @@
-//! Every shader without a device; every operation on one against the oracle's loops.
+//! Every operation on a device against the oracle's loops.
 
 use super::context::Context;
-use super::conv::{Conv, Kind};
+use super::conv::Conv;
 use super::device::{Device, scoped};
-use super::head::{self, Head};
-use super::matrices::Matrices;
+use super::head::Head;
 use super::memory::{BLOCK, Memory, blocks};
-use super::options::{DepthEncoding, Kernels, NormalEncoding, Options, Precision};
+use super::options::{Kernels, Precision};
 use super::pass::{Compiler, Pass};
-use super::{features, head_matrix, image, matrix_trial, view};
-use crate::net::config::{Features, KernelWeights};
+use super::valid::{KERNELS, MATRICES, PRECISIONS};
+use super::view;
+use crate::net::config::KernelWeights;
 use crate::net::graph::{Activation, Graph, Op};
 use crate::net::naive::{self, Planes};
 use crate::net::plan::{Buffer, Layout, Plan, Resample, Source};
 use crate::net::weights::{Tensor, Weights};
-use wgpu::naga;
 
 /// Normalised mean square error. Measured: 1.5e-13 from the order of summation, 1.6e-6 from rounding to halves.
 const MAX_NMSE: [(Precision, f64); 2] = [(Precision::F32, 1e-12), (Precision::F16, 1e-5)];
-
-pub(super) const PRECISIONS: [Precision; 2] = [Precision::F32, Precision::F16];
-
-const KERNELS: [Kernels; 2] = [Kernels::Plain, Kernels::Subgroups];
-
-/// Panics when the shader is no WGSL or needs more memory a workgroup than WebGPU promises.
-pub(super) fn validate(source: &str, what: &str) {
-    let module = naga::front::wgsl::parse_str(source)
-        .unwrap_or_else(|e| panic!("{what}: {}\n{source}", e.emit_to_string(source)));
-    use naga::valid::Capabilities;
-    let capabilities =
-        Capabilities::SHADER_FLOAT16 | Capabilities::COOPERATIVE_MATRIX | Capabilities::SUBGROUP;
-    let mut validator = naga::valid::Validator::new(naga::valid::ValidationFlags::all(), capabilities);
-    validator.validate(&module).unwrap_or_else(|e| panic!("{what}: {}\n{source}", e.emit_to_string(source)));
-    let mut layouter = naga::proc::Layouter::default();
-    layouter.update(module.to_ctx()).unwrap();
-    let of_workgroup =
-        module.global_variables.iter().filter(|(_, v)| v.space == naga::AddressSpace::WorkGroup);
-    let bytes: u32 = of_workgroup.map(|(_, v)| layouter[v.ty].size).sum();
-    assert!(bytes <= wgpu::Limits::defaults().max_compute_workgroup_storage_size, "{what}: {bytes} bytes");
-}
-
-#[test]
-fn every_shader_is_valid() {
-    use KernelWeights::{Correction, Linear, Off, Softmax};
-    use Resample::{AvgPool, None, Upsample2};
-    for matrices in MATRICES {
-        validate(matrix_trial::shader(matrices).source(), "trial");
-    }
-    for by in PRECISIONS.into_iter().flat_map(|p| KERNELS.map(|k| (p, k))) {
-        for rows in [1, 2, 4] {
-            for size in [1, 3] {
-                for sources in
-                    [vec![None], vec![AvgPool(4), Upsample2], vec![Upsample2, None, AvgPool(2), None]]
-                {
-                    let kind = Kind { sources, size, activation: Activation::LeakyRelu, tile: 32 };
-                    validate(kind.shader(by, rows).source(), &format!("{kind:?}"));
-                    for matrices in MATRICES {
-                        validate(kind.matrix_shader(matrices, rows).source(), &format!("{kind:?}"));
-                    }
-                }
-            }
-            for patch in [1, 2, 4, 8] {
-                for kernel in [Off, Correction, Linear, Softmax] {
-                    let shader = head::shader(by, (patch, kernel), rows);
-                    validate(shader.source(), &format!("head {patch} {kernel:?}"));
-                }
-                for (matrices, kernel) in MATRICES.into_iter().zip([Linear, Softmax].into_iter().cycle()) {
-                    let shader = head_matrix::shader(matrices, 64, (patch, kernel));
-                    validate(shader.source(), &format!("head {patch} {matrices:?}"));
-                }
-            }
-        }
-    }
-    for precision in PRECISIONS {
-        for options in encodings() {
-            let surface = || features::surface(precision, &options);
-            validate(features::depth_range_shader(surface()).source(), "depth range");
-            for patch in [1, 4] {
-                for channels in FEATURES {
-                    let shader = features::shader((precision, &options), channels, patch);
-                    validate(shader.source(), &format!("{channels:?} {patch} {options:?}"));
-                }
-                for kind in [[false, false], [true, false], [false, true]] {
-                    validate(image::shader((precision, &options), patch, kind).source(), "image");
-                }
-            }
-        }
-    }
-}
-
-/// Of llvmpipe and of devices of several makers.
-const MATRICES: [Matrices; 4] = [
-    Matrices { side: 8, lanes: 8 },
-    Matrices { side: 8, lanes: 32 },
-    Matrices { side: 16, lanes: 32 },
-    Matrices { side: 16, lanes: 64 },
-];
-
-const FEATURES: [Features; 7] = [
-    Features::Normal,
-    Features::NormalEncoded,
-    Features::NormalDepth,
-    Features::NormalDepthNormalized,
-    Features::NormalProjectedRadius,
-    Features::NormalRadiusHorizon,
-    Features::NormalPosition,
-];
-
-pub(super) fn encodings() -> Vec<Options> {
-    use DepthEncoding::{Linear, Reversed, Standard};
-    use NormalEncoding::{Octahedral, OctahedralUnorm, Plain, Unorm};
-    let depth = |depth| Options { depth, ..Options::default() };
-    let normals = |normals| Options { normals, ..Options::default() };
-    let all = [Plain, Unorm, Octahedral, OctahedralUnorm].map(normals);
-    [Linear, Reversed, Standard].map(depth).into_iter().chain(all).collect()
-}
-
-#[test]
-#[should_panic(expected = "broken")]
-fn a_broken_shader_is_noticed() {
-    validate("fn main() -> u32 { return 1.5; }", "broken");
-}
 
 /// What tests run on, at both precisions and with all kernels if the device has them; none, said so, where there is no
 /// device.
@@ -301,7 +197,7 @@ fn check_conv(
         images.iter().enumerate().for_each(|(i, image)| put(context, memory.of(i), image));
         let step = ("conv", &sources[..], inputs.len(), [size, groups], out.1);
         let conv = Conv::new(context, &plan, &weights, step).unwrap();
-        for rows in [1, 4] {
+        for rows in [1, if matches!(context.kernels, Kernels::Matrices(_)) { 2 } else { 4 }] {
             let pass = scoped(&context.device, "conv", || {
                 conv.pass_of_rows(context, &compiler, (&plan, &memory), rows)
             });
@@ -310,7 +206,7 @@ fn check_conv(
             assert_close(
                 &found.values,
                 &expected.values,
-                (context.precision, &format!("{rows} rows, {}, {what}", context.kernels)),
+                (context.precision, &format!("{rows} rows, {:?}, {what}", context.kernels)),
             );
         }
     }
@@ -384,7 +280,11 @@ fn check_head(
         let head = Head::new(context, &plan, &weights, ("conv", [0, 1], patch, kernel)).unwrap();
         let pass = scoped(&context.device, "head", || head.pass(context, &compiler, (&plan, &memory), &raw));
         let found = floats(&run(context, &pass.unwrap(), &raw));
-        assert_close(&found, &expected.values, (context.precision, &format!("{}, {what}", context.kernels)));
+        assert_close(
+            &found,
+            &expected.values,
+            (context.precision, &format!("{:?}, {what}", context.kernels)),
+        );
     }
 }
 
@@ -399,6 +299,24 @@ fn heads() {
     }
     for size in [(1, 1), (17, 3), (33, 9)] {
         check_head(&on, 33, (4, Linear), size);
+    }
+}
+
+/// What shaders on matrices do besides multiplying, whether the device has matrices or not.
+#[test]
+fn matrices_spelt_out() {
+    use Activation::{LeakyRelu, Linear};
+    use Resample::{AvgPool, None, Upsample2};
+    for context in
+        contexts().into_iter().filter(|c| (c.precision, c.kernels) == (Precision::F16, Kernels::Subgroups))
+    {
+        let with = |matrices| Context { kernels: Kernels::Matrices(matrices), ..context.clone() };
+        let on: Vec<_> = MATRICES.into_iter().filter(|m| m.spelt_out).map(with).collect();
+        check_conv(&on, &[(20, None)], (17, LeakyRelu), ([3, 1], (7, 19)));
+        check_conv(&on, &[(9, Upsample2), (18, AvgPool(2))], (50, Linear), ([3, 1], (6, 10)));
+        check_conv(&on, &[(6, None)], (8, LeakyRelu), ([1, 2], (1, 1)));
+        check_head(&on, 33, (4, KernelWeights::Linear), (17, 5));
+        check_head(&on, 5, (1, KernelWeights::Softmax), (9, 4));
     }
 }
 
