@@ -197,7 +197,7 @@ fn search_passes(
 #[cfg(test)]
 mod tests {
     use super::super::pyramid;
-    use super::super::tests::{PRECISIONS, encodings, validate};
+    use super::super::valid::{PRECISIONS, encodings, validate};
     use super::*;
     use crate::classic::{GtaoParams, HORIZONS, SsaoParams, VbaoParams};
 

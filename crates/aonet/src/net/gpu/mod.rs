@@ -55,6 +55,8 @@ mod ssao;
 mod ssdo;
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+mod valid;
 mod vbao;
 mod view;
 

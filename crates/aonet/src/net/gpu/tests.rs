@@ -1,126 +1,22 @@
-//! Every shader without a device; every operation on one against the oracle's loops.
+//! Every operation on a device against the oracle's loops.
 
 use super::context::Context;
-use super::conv::{Conv, Kind};
+use super::conv::Conv;
 use super::device::{Device, scoped};
-use super::head::{self, Head};
-use super::matrices::Matrices;
+use super::head::Head;
 use super::memory::{BLOCK, Memory, blocks};
-use super::options::{DepthEncoding, Kernels, NormalEncoding, Options, Precision};
+use super::options::{Kernels, Precision};
 use super::pass::{Compiler, Pass};
-use super::{features, head_matrix, image, matrix_trial, view};
-use crate::net::config::{Features, KernelWeights};
+use super::valid::{KERNELS, PRECISIONS};
+use super::view;
+use crate::net::config::KernelWeights;
 use crate::net::graph::{Activation, Graph, Op};
 use crate::net::naive::{self, Planes};
 use crate::net::plan::{Buffer, Layout, Plan, Resample, Source};
 use crate::net::weights::{Tensor, Weights};
-use wgpu::naga;
 
 /// Normalised mean square error. Measured: 1.5e-13 from the order of summation, 1.6e-6 from rounding to halves.
 const MAX_NMSE: [(Precision, f64); 2] = [(Precision::F32, 1e-12), (Precision::F16, 1e-5)];
-
-pub(super) const PRECISIONS: [Precision; 2] = [Precision::F32, Precision::F16];
-
-const KERNELS: [Kernels; 2] = [Kernels::Plain, Kernels::Subgroups];
-
-/// Panics when the shader is no WGSL or needs more memory a workgroup than WebGPU promises.
-pub(super) fn validate(source: &str, what: &str) {
-    let module = naga::front::wgsl::parse_str(source)
-        .unwrap_or_else(|e| panic!("{what}: {}\n{source}", e.emit_to_string(source)));
-    use naga::valid::Capabilities;
-    let capabilities =
-        Capabilities::SHADER_FLOAT16 | Capabilities::COOPERATIVE_MATRIX | Capabilities::SUBGROUP;
-    let mut validator = naga::valid::Validator::new(naga::valid::ValidationFlags::all(), capabilities);
-    validator.validate(&module).unwrap_or_else(|e| panic!("{what}: {}\n{source}", e.emit_to_string(source)));
-    let mut layouter = naga::proc::Layouter::default();
-    layouter.update(module.to_ctx()).unwrap();
-    let of_workgroup =
-        module.global_variables.iter().filter(|(_, v)| v.space == naga::AddressSpace::WorkGroup);
-    let bytes: u32 = of_workgroup.map(|(_, v)| layouter[v.ty].size).sum();
-    assert!(bytes <= wgpu::Limits::defaults().max_compute_workgroup_storage_size, "{what}: {bytes} bytes");
-}
-
-#[test]
-fn every_shader_is_valid() {
-    use KernelWeights::{Correction, Linear, Off, Softmax};
-    use Resample::{AvgPool, None, Upsample2};
-    for matrices in MATRICES {
-        validate(matrix_trial::shader(matrices).source(), "trial");
-    }
-    for by in PRECISIONS.into_iter().flat_map(|p| KERNELS.map(|k| (p, k))) {
-        for rows in [1, 2, 4] {
-            for size in [1, 3] {
-                for sources in
-                    [vec![None], vec![AvgPool(4), Upsample2], vec![Upsample2, None, AvgPool(2), None]]
-                {
-                    let kind = Kind { sources, size, activation: Activation::LeakyRelu, tile: 32 };
-                    validate(kind.shader(by, rows).source(), &format!("{kind:?}"));
-                    for matrices in MATRICES {
-                        validate(kind.matrix_shader(matrices, rows).source(), &format!("{kind:?}"));
-                    }
-                }
-            }
-            for patch in [1, 2, 4, 8] {
-                for kernel in [Off, Correction, Linear, Softmax] {
-                    let shader = head::shader(by, (patch, kernel), rows);
-                    validate(shader.source(), &format!("head {patch} {kernel:?}"));
-                }
-                for (matrices, kernel) in MATRICES.into_iter().zip([Linear, Softmax].into_iter().cycle()) {
-                    let shader = head_matrix::shader(matrices, 64, (patch, kernel));
-                    validate(shader.source(), &format!("head {patch} {matrices:?}"));
-                }
-            }
-        }
-    }
-    for precision in PRECISIONS {
-        for options in encodings() {
-            let surface = || features::surface(precision, &options);
-            validate(features::depth_range_shader(surface()).source(), "depth range");
-            for patch in [1, 4] {
-                for channels in FEATURES {
-                    let shader = features::shader((precision, &options), channels, patch);
-                    validate(shader.source(), &format!("{channels:?} {patch} {options:?}"));
-                }
-                for kind in [[false, false], [true, false], [false, true]] {
-                    validate(image::shader((precision, &options), patch, kind).source(), "image");
-                }
-            }
-        }
-    }
-}
-
-/// Of llvmpipe and of devices of several makers.
-const MATRICES: [Matrices; 4] = [
-    Matrices { side: 8, lanes: 8 },
-    Matrices { side: 8, lanes: 32 },
-    Matrices { side: 16, lanes: 32 },
-    Matrices { side: 16, lanes: 64 },
-];
-
-const FEATURES: [Features; 7] = [
-    Features::Normal,
-    Features::NormalEncoded,
-    Features::NormalDepth,
-    Features::NormalDepthNormalized,
-    Features::NormalProjectedRadius,
-    Features::NormalRadiusHorizon,
-    Features::NormalPosition,
-];
-
-pub(super) fn encodings() -> Vec<Options> {
-    use DepthEncoding::{Linear, Reversed, Standard};
-    use NormalEncoding::{Octahedral, OctahedralUnorm, Plain, Unorm};
-    let depth = |depth| Options { depth, ..Options::default() };
-    let normals = |normals| Options { normals, ..Options::default() };
-    let all = [Plain, Unorm, Octahedral, OctahedralUnorm].map(normals);
-    [Linear, Reversed, Standard].map(depth).into_iter().chain(all).collect()
-}
-
-#[test]
-#[should_panic(expected = "broken")]
-fn a_broken_shader_is_noticed() {
-    validate("fn main() -> u32 { return 1.5; }", "broken");
-}
 
 /// What tests run on, at both precisions and with all kernels if the device has them; none, said so, where there is no
 /// device.
