@@ -5,7 +5,7 @@ mod common;
 mod device;
 
 use aonet::classic::Classic;
-use aonet::net::gpu::{ClassicSession, Device, Textures};
+use aonet::net::gpu::{ClassicSession, Device, Offscreen, Textures};
 use aonet::{AoImage, GBuffer, Projection};
 use common::{frame, max_error, mean_error, params, spread, waves, waves_through};
 use device::{Inputs, OPTIONS, device, inputs, read, target};
@@ -144,4 +144,19 @@ fn passes_have_names_and_methods_without_shaders_are_errors() {
     let Classic::Gtao(mut broken) = with("gtao", &[]) else { panic!("another method") };
     broken.steps = 0;
     assert!(new(Classic::Gtao(broken)).unwrap_err().to_string().contains("steps"));
+}
+
+#[test]
+fn a_lost_device_is_an_error() {
+    let Some(device) = device() else { return };
+    let (method, gbuffer) = (with("gtao", &[]), frame((20, 10), 1));
+    let mut resized = session(&device, &method, (20, 10));
+    let mut offscreen = Offscreen::classic(&device, &method, (20, 10)).unwrap();
+    let mut image = AoImage::open(20, 10).unwrap();
+    offscreen.run(&gbuffer, params(), &mut image).unwrap();
+    assert!(mean_error(&image, &method.run(&gbuffer, params()).unwrap()) <= MEAN_TOLERANCE);
+    device.device.destroy();
+    let found = offscreen.run(&gbuffer, params(), &mut image).unwrap_err().to_string();
+    assert!(found.contains("device"), "{found}");
+    assert!(resized.resize((30, 10)).is_err() && Offscreen::classic(&device, &method, (20, 10)).is_err());
 }
