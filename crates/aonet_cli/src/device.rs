@@ -105,7 +105,7 @@ pub(crate) fn announce(device: &aonet::net::gpu::Device, precision: aonet::net::
 #[cfg(not(feature = "gpu"))]
 pub(crate) fn absent<T>() -> Result<T> {
     bail!(
-        "--device gpu: this program was built without it; build it with `cargo build --release --features gpu`, or use \
-         --device cpu"
+        "--device gpu: this program was built without the feature gpu; build it with `cargo build --release --features gpu`, \
+         or use --device cpu"
     )
 }
