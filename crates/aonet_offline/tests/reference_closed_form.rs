@@ -14,7 +14,7 @@ const SAMPLING: Sampling = Sampling { spp: 4096, seed: 7 };
 fn quad(corner: Vec3, a: Vec3, b: Vec3) -> Scene {
     let normal = vec![a.cross(b).normalize(); 4];
     let position = vec![corner, corner + a, corner + a + b, corner + b];
-    Scene { name: "quad".into(), position, normal, triangle: vec![[0, 1, 2], [0, 2, 3]] }
+    Scene { name: "quad".into(), position, normal, triangle: vec![[0, 1, 2], [0, 2, 3]], ..Scene::default() }
 }
 
 fn floor(half: f32) -> Scene {
@@ -49,7 +49,7 @@ fn sphere(centre: Vec3, radius: f32, n: u32) -> Scene {
         })
     });
     let position = normal.iter().map(|n| centre + radius * *n).collect();
-    Scene { name: "sphere".into(), position, normal, triangle: triangle.collect() }
+    Scene { name: "sphere".into(), position, normal, triangle: triangle.collect(), ..Scene::default() }
 }
 
 /// A view of 9x9 pixels, so narrow that all of them show very nearly `target`.
