@@ -1,0 +1,148 @@
+//! Frames: methods, sizes, times, and what must be refused.
+
+mod common;
+
+use aonet::net::{Model, cpu, shipped};
+use aonet::{AoImage, AoParams};
+use aonet_offline::scene::procedural::Kind;
+use aonet_view::renderer::readback;
+use aonet_view::{Frame, Method, Show};
+use common::{demo, device, draw, frame, proposed, renderer};
+
+/// Largest difference from the CPU's image for the paper's network, in half floats and an image of half floats.
+/// Measured: see the test's output; 9e-4 in aonet's own tests.
+const PAPER_TOLERANCE: f32 = 4e-3;
+
+/// Mean difference where a horizon search takes part, as in aonet's own tests: a tap between two pixels may fall on either.
+const NETWORK_MEAN_TOLERANCE: f32 = 8e-4;
+
+fn differences(a: &AoImage, b: &AoImage) -> (f32, f32) {
+    assert_eq!((a.width(), a.height()), (b.width(), b.height()));
+    let of: Vec<f32> = a.visibility().iter().zip(b.visibility()).map(|(a, b)| (a - b).abs()).collect();
+    (of.iter().sum::<f32>() / of.len() as f32, of.iter().copied().fold(0.0, f32::max))
+}
+
+#[test]
+fn networks_give_the_cpus_image_of_the_same_buffer() {
+    let Some(device) = device() else { return };
+    let (tracer, view) = proposed(Kind::FurnishedRoom, (130, 70));
+    let mut renderer = renderer(&device, tracer.scene(), (130, 70));
+    let frame = Frame { methods: [Method::Network, Method::Paper], split: 0.5, ..frame(&view) };
+    draw(&device, &mut renderer, &frame);
+    let gbuffer = readback::drawn(&renderer, &frame.camera).unwrap().gbuffer;
+    for (method, bytes) in [(Method::Network, shipped::ANY_RADIUS), (Method::Paper, shipped::PAPER)] {
+        let model = Model::from_bytes(bytes).unwrap();
+        let mut expected = AoImage::open(130, 70).unwrap();
+        cpu::Session::new(&model, 130, 70, 2).unwrap().run(&gbuffer, frame.params, &mut expected).unwrap();
+        let found = readback::visibility(&renderer, method).unwrap();
+        let (mean, largest) = differences(&found, &expected);
+        eprintln!("{method}: mean {mean:e}, largest {largest:e}");
+        let least = expected.visibility().iter().copied().fold(1.0, f32::min);
+        assert!(least < 0.7, "nothing to see: {least}");
+        match method {
+            Method::Paper => assert!(largest <= PAPER_TOLERANCE, "{method}: {largest:e}"),
+            _ => assert!(mean <= NETWORK_MEAN_TOLERANCE, "{method}: {mean:e}"),
+        }
+    }
+}
+
+/// The columns of a picture of gray values in [0, 255].
+fn columns(rgba: &[u8], width: usize, range: std::ops::Range<usize>) -> Vec<u8> {
+    let rows = rgba.chunks_exact(4 * width);
+    rows.flat_map(|row| row[4 * range.start..4 * range.end].iter().step_by(4)).copied().collect()
+}
+
+#[test]
+fn the_slider_stands_between_the_methods() {
+    let Some(device) = device() else { return };
+    let size = (96, 54);
+    let (scene, view) = demo(size);
+    let mut renderer = renderer(&device, &scene, size);
+    let mut picture = |methods, split| {
+        draw(&device, &mut renderer, &Frame { methods, split, show: Show::Visibility, ..frame(&view) });
+        readback::picture(&renderer).unwrap()
+    };
+    let network = picture([Method::Network, Method::Off], 1.0);
+    let both = picture([Method::Network, Method::Off], 0.5);
+    let swapped = picture([Method::Off, Method::Network], 0.0);
+    assert_eq!(network, swapped);
+    assert_eq!(columns(&both, 96, 0..48), columns(&network, 96, 0..48));
+    assert!(columns(&both, 96, 49..96).iter().all(|v| *v == 255));
+    assert!(columns(&network, 96, 49..96).iter().any(|v| *v < 200));
+}
+
+#[test]
+fn tiny_and_changing_sizes() {
+    let Some(device) = device() else { return };
+    let (scene, view) = demo((5, 3));
+    let mut renderer = renderer(&device, &scene, (5, 3));
+    for (width, height) in [(5, 3), (1, 1), (2, 1), (1, 7), (33, 17), (96, 54)] {
+        renderer.resize((width, height)).unwrap();
+        let view = aonet_offline::View { width, height, ..view.clone() };
+        for methods in [[Method::Network, Method::Paper], [Method::Reference, Method::Off]] {
+            draw(&device, &mut renderer, &Frame { methods, split: 0.5, ..frame(&view) });
+        }
+        assert_eq!(readback::picture(&renderer).unwrap().len(), 4 * width * height);
+    }
+    let again = readback::picture(&renderer).unwrap();
+    let mut fresh = common::renderer(&device, &scene, (96, 54));
+    let view = aonet_offline::View { width: 96, height: 54, ..view };
+    draw(&device, &mut fresh, &Frame { methods: [Method::Network; 2], ..frame(&view) });
+    draw(&device, &mut renderer, &Frame { methods: [Method::Network; 2], ..frame(&view) });
+    assert_eq!(readback::picture(&renderer).unwrap(), readback::picture(&fresh).unwrap());
+    assert_ne!(again, readback::picture(&fresh).unwrap());
+}
+
+#[test]
+fn sizes_and_frames_that_cannot_be_are_refused_and_harm_nothing() {
+    let Some(device) = device() else { return };
+    let (scene, view) = demo((16, 9));
+    let pair = (&device.device, &device.queue);
+    for size in [(0, 9), (16, 0), (1 << 20, 9)] {
+        let message = aonet_view::Renderer::new(pair, &scene, size).unwrap_err().to_string();
+        assert!(message.contains("width and height"), "{message}");
+    }
+    let mut renderer = renderer(&device, &scene, (16, 9));
+    assert!(renderer.resize((0, 0)).unwrap_err().to_string().contains("0x0"));
+    let good = frame(&view);
+    let mut camera = good.camera;
+    camera.width = 17;
+    let bad_params = AoParams { radius: -1.0 };
+    for (bad, named) in [
+        (Frame { camera, ..good }, "17x9"),
+        (Frame { split: f32::NAN, ..good }, "slider"),
+        (Frame { split: 1.5, ..good }, "slider"),
+        (Frame { far: 0.01, ..good }, "far"),
+        (Frame { far: f32::NAN, ..good }, "far"),
+        (Frame { params: bad_params, ..good }, "radius"),
+    ] {
+        let mut encoder = device.device.create_command_encoder(&Default::default());
+        let message = renderer.encode(&mut encoder, &bad).unwrap_err().to_string();
+        assert!(message.contains(named), "{message}");
+    }
+    let mut broken = scene.clone();
+    broken.triangle[7][1] = u32::MAX;
+    assert!(renderer.set_scene(&broken).unwrap_err().to_string().contains("triangle 7"));
+    draw(&device, &mut renderer, &good);
+    readback::picture(&renderer).unwrap();
+    assert!(readback::visibility(&renderer, Method::Paper).is_err());
+}
+
+#[test]
+fn passes_are_timed_where_the_device_has_a_clock() {
+    let Some(device) = device() else { return };
+    use aonet::net::gpu::wgpu;
+    let (scene, view) = demo((64, 36));
+    let mut renderer = renderer(&device, &scene, (64, 36));
+    for _ in 0..3 {
+        draw(&device, &mut renderer, &frame(&view));
+        device.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
+    }
+    if !device.device.features().contains(wgpu::Features::TIMESTAMP_QUERY) {
+        assert!(renderer.times().is_empty());
+        return;
+    }
+    let labels: Vec<_> = renderer.times().iter().map(|time| time.label.as_str()).collect();
+    assert_eq!(labels, ["G-buffer", "network", "lighting"]);
+    assert!(renderer.times().iter().all(|time| time.ms > 0.0 && time.ms < 60e3), "{:?}", renderer.times());
+}
