@@ -55,7 +55,7 @@ mod view;
 
 pub use chain::Timestamps;
 pub use classic::ClassicSession;
-pub use device::Device;
+pub use device::{Device, scoped};
 #[cfg(not(target_arch = "wasm32"))]
 pub use offscreen::Offscreen;
 pub use options::{DepthEncoding, Frame, NormalEncoding, NormalSpace, Options, Precision};
