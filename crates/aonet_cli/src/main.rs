@@ -1,5 +1,6 @@
 //! The `aonet` program: one file a command. stdout is the result, stderr is for people.
 
+mod device;
 mod frame_args;
 mod output;
 mod setup;

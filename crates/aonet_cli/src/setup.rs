@@ -5,10 +5,11 @@ use anyhow::{Context, Result, bail};
 use aonet::classic::Classic;
 use aonet::net::{Graph, Model, ModelConfig, TrainingFacts, Weights, shipped};
 use aonet::{AoImage, AoParams};
+use aonet_offline::backend::Rays;
 use aonet_offline::dataset::{SceneSpec, SceneSplit, propose_view};
 use aonet_offline::gbuffer::Surface;
 use aonet_offline::preset::Preset;
-use aonet_offline::reference::{Sampling, reference_ao};
+use aonet_offline::reference::Sampling;
 use aonet_offline::scene::MissingNormals;
 use aonet_offline::scene::ground::add_ground;
 use aonet_offline::scene::procedural;
@@ -169,14 +170,14 @@ pub(crate) fn name_of(path: &Path) -> String {
 
 /// Traces the reference with a progress bar.
 pub(crate) fn reference(
-    tracer: &Tracer,
+    rays: &mut Rays<'_>,
     surface: &Surface,
     params: AoParams,
     sampling: Sampling,
 ) -> Result<AoImage> {
     let pixels = surface.gbuffer.depth().iter().filter(|d| d.is_finite()).count() as u64;
     let bar = output::ray_bar(pixels * u64::from(sampling.spp));
-    let ao = reference_ao(tracer, surface, params, sampling, &|rays| output::traced(&bar, rays))?;
+    let ao = rays.reference_ao(surface, params, sampling, &|rays| output::traced(&bar, rays))?;
     bar.finish_and_clear();
     Ok(ao)
 }

@@ -4,6 +4,7 @@
 mod adam;
 pub mod ao_file;
 pub mod atomic_file;
+pub mod backend;
 pub mod calibrate;
 pub mod dataset;
 pub mod error;
@@ -12,6 +13,8 @@ mod exr_file;
 pub mod flicker;
 pub mod frame;
 pub mod gbuffer;
+#[cfg(feature = "gpu")]
+pub mod gpu;
 pub mod nnao;
 pub mod onnx;
 pub mod paper;

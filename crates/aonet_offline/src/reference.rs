@@ -19,6 +19,15 @@ pub struct Sampling {
 /// Most rays a pixel.
 pub const MAX_SPP: u32 = 1 << 20;
 
+impl Sampling {
+    pub(crate) fn check(self) -> Result<()> {
+        if (1..=MAX_SPP).contains(&self.spp) {
+            return Ok(());
+        }
+        Err(Error::request("rays per pixel", format!("1 to {MAX_SPP}"), self.spp))
+    }
+}
+
 /// AO(p) = 1/N sum V(p, w_i), cosine-weighted about the shading normal, on all cores.
 /// `progress` is called now and then with the number of rays traced since its last call.
 ///
@@ -31,9 +40,7 @@ pub fn reference_ao(
     sampling: Sampling,
     progress: &(dyn Fn(u64) + Sync),
 ) -> Result<AoImage> {
-    if !(1..=MAX_SPP).contains(&sampling.spp) {
-        return Err(Error::request("rays per pixel", format!("1 to {MAX_SPP}"), sampling.spp));
-    }
+    sampling.check()?;
     let (width, height) = (surface.gbuffer.width(), surface.gbuffer.height());
     let disk = Disk::new(sampling);
     let mut image = AoImage::open(width, height)?;
@@ -51,16 +58,16 @@ pub fn reference_ao(
 }
 
 /// Where the rays of a pixel start, world space.
-struct Point {
+pub(crate) struct Point {
     pixel: u64,
-    origin: Vec3A,
-    normal: Vec3A,
-    geo_normal: Vec3A,
+    pub(crate) origin: Vec3A,
+    pub(crate) normal: Vec3A,
+    pub(crate) geo_normal: Vec3A,
 }
 
 impl Point {
     /// The point that pixel `i` of `surface` shows; `None` on the background.
-    fn new(scene: &Scene, surface: &Surface, i: usize) -> Option<Self> {
+    pub(crate) fn new(scene: &Scene, surface: &Surface, i: usize) -> Option<Self> {
         let gbuffer = &surface.gbuffer;
         if !gbuffer.is_foreground(i) {
             return None;
@@ -107,22 +114,27 @@ struct Disk {
 
 /// A point of the spiral.
 #[derive(Clone, Copy)]
-struct Spoke {
-    index: f32,
-    cos: f32,
-    sin: f32,
+pub(crate) struct Spoke {
+    pub(crate) index: f32,
+    pub(crate) cos: f32,
+    pub(crate) sin: f32,
+}
+
+/// The first `n` points of the spiral; groups of `group` are next to each other.
+pub(crate) fn spiral(n: u32, group: usize) -> Vec<Spoke> {
+    let golden = std::f64::consts::PI * (3.0 - 5f64.sqrt());
+    let spoke = |i| {
+        let (sin, cos) = (f64::from(i) * golden).sin_cos();
+        Spoke { index: i as f32, cos: cos as f32, sin: sin as f32 }
+    };
+    let mut points: Vec<Spoke> = (0..n).map(spoke).collect();
+    cluster(&mut points, 0, group);
+    points
 }
 
 impl Disk {
     fn new(sampling: Sampling) -> Self {
-        let golden = std::f64::consts::PI * (3.0 - 5f64.sqrt());
-        let spoke = |i| {
-            let (sin, cos) = (f64::from(i) * golden).sin_cos();
-            Spoke { index: i as f32, cos: cos as f32, sin: sin as f32 }
-        };
-        let mut points: Vec<Spoke> = (0..sampling.spp).map(spoke).collect();
-        cluster(&mut points, 0);
-        Self { seed: sampling.seed, points }
+        Self { seed: sampling.seed, points: spiral(sampling.spp, FAN) }
     }
 
     /// The open share of a pixel's rays. Each pixel turns the spiral and shifts it outwards at random.
@@ -147,18 +159,18 @@ impl Disk {
     }
 }
 
-/// Makes neighbours of points that are close to each other, in groups of a fan: rays that go the same way
+/// Makes neighbours of points that are close to each other, in groups of `group`: rays that go the same way
 /// meet the same nodes.
-fn cluster(points: &mut [Spoke], level: usize) {
-    if points.len() <= FAN {
+fn cluster(points: &mut [Spoke], level: usize, group: usize) {
+    if points.len() <= group {
         return;
     }
     let along = |p: &Spoke| p.index.sqrt() * if level.is_multiple_of(2) { p.cos } else { p.sin };
     points.sort_by(|a, b| along(a).total_cmp(&along(b)));
-    let half = points.len() / FAN / 2 * FAN;
-    let (a, b) = points.split_at_mut(half.max(FAN));
-    cluster(a, level + 1);
-    cluster(b, level + 1);
+    let half = points.len() / group / 2 * group;
+    let (a, b) = points.split_at_mut(half.max(group));
+    cluster(a, level + 1, group);
+    cluster(b, level + 1, group);
 }
 
 /// Columns x, y, z = `normal`: a frame turned about `normal` by `turn` of a full turn.

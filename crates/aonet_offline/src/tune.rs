@@ -196,7 +196,7 @@ mod tests {
             Recipe { width: 64, height: 36, frames, spp: 32, eval_spp: 32, ..Recipe::preset(Preset::Paper) };
         let scene = |seed, split| SceneSpec::procedural(Kind::ClutterPile, seed, split);
         let plan = Plan::new(recipe, vec![scene(1, SceneSplit::Train), scene(2, SceneSplit::Test)]).unwrap();
-        dataset::generate(dir.path(), &plan, None, &|_| ()).unwrap();
+        dataset::generate(dir.path(), &plan, &dataset::Work::default(), &|_| ()).unwrap();
         let manifest = Manifest::load(dir.path()).unwrap();
         let method = Classic::named("gtao").unwrap();
         let search = Search { frames: 2, trials: 24, seed: 5 };

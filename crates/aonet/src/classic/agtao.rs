@@ -38,6 +38,14 @@ filtered_params! {
     }
 }
 
+impl AgtaoParams {
+    /// Distance of a step's taps by jitter, as a share of the search's radius.
+    pub(crate) fn share(&self, step: usize) -> Cubic {
+        let (steps, exponent) = (f64::from(self.steps), f64::from(self.distribution));
+        Cubic::near(|jitter| ((jitter + step as f64) / steps).powf(exponent))
+    }
+}
+
 /// Attenuated GTAO of one frame.
 pub(crate) struct Agtao<'a> {
     screen: &'a Screen<'a>,
@@ -76,9 +84,7 @@ impl<'a> Agtao<'a> {
         let (turn_sin, turn_cos) = (PI / params.slices as f32).sin_cos();
         let mut shares = [Cubic::ZERO; MOST_STEPS];
         for (k, share) in shares[..params.steps as usize].iter_mut().enumerate() {
-            *share = Cubic::near(|jitter| {
-                ((jitter + k as f64) / params.steps as f64).powf(params.distribution as f64)
-            });
+            *share = params.share(k);
         }
         Self {
             screen,

@@ -34,6 +34,12 @@ impl Cubic {
         Self(coefficients.map(|c| c as f32))
     }
 
+    /// From the constant on.
+    #[cfg(feature = "gpu")]
+    pub(crate) fn coefficients(self) -> [f32; 4] {
+        self.0
+    }
+
     #[inline(always)]
     pub(crate) fn at<S: Wide>(self, x: F<S>) -> F<S> {
         x.polynomial(self.0)

@@ -195,6 +195,12 @@ impl Classic {
         }
     }
 
+    /// The filter after it.
+    #[cfg(feature = "gpu")]
+    pub(crate) fn denoise(&self) -> Denoise {
+        each!(self, params => params.denoise())
+    }
+
     /// The visibility of a frame: in [0, 1], 1 on the background. Runs on the current rayon pool.
     ///
     /// # Errors

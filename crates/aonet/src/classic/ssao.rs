@@ -34,6 +34,21 @@ filtered_params! {
     }
 }
 
+impl SsaoParams {
+    /// Sample points in the unit ball.
+    pub(crate) fn points(&self) -> Vec<[f32; 3]> {
+        let mut points = directions(self.samples, false);
+        for (i, point) in points.iter_mut().enumerate() {
+            let distance = van_der_corput(i as u32).powf(self.distribution);
+            *point = point.map(|c| c * distance);
+            if self.hemisphere == 0 && i % 2 == 1 {
+                *point = point.map(|c| -c);
+            }
+        }
+        points
+    }
+}
+
 /// SSAO of one frame.
 pub(crate) struct Ssao<'a> {
     screen: &'a Screen<'a>,
@@ -44,15 +59,7 @@ pub(crate) struct Ssao<'a> {
 
 impl<'a> Ssao<'a> {
     pub(crate) fn new(screen: &'a Screen<'a>, params: SsaoParams) -> Self {
-        let mut points = directions(params.samples, false);
-        for (i, point) in points.iter_mut().enumerate() {
-            let distance = van_der_corput(i as u32).powf(params.distribution);
-            *point = point.map(|c| c * distance);
-            if params.hemisphere == 0 && i % 2 == 1 {
-                *point = point.map(|c| -c);
-            }
-        }
-        Self { screen, params, points }
+        Self { screen, params, points: params.points() }
     }
 }
 

@@ -31,18 +31,24 @@ filtered_params! {
     }
 }
 
+impl SsdoParams {
+    /// Directions about +z, and the place of each one's sample along it, in (0, 1).
+    pub(crate) fn directions(&self) -> Vec<([f32; 3], f32)> {
+        directions(self.samples, true).into_iter().zip((0..).map(van_der_corput)).collect()
+    }
+}
+
 /// SSDO's occlusion of one frame.
 pub(crate) struct Ssdo<'a> {
     screen: &'a Screen<'a>,
     params: SsdoParams,
-    /// Directions about +z, and the place of each one's sample along it, in (0, 1).
+    /// See [`SsdoParams::directions`].
     samples: Vec<([f32; 3], f32)>,
 }
 
 impl<'a> Ssdo<'a> {
     pub(crate) fn new(screen: &'a Screen<'a>, params: SsdoParams) -> Self {
-        let samples = directions(params.samples, true).into_iter().zip((0..).map(van_der_corput)).collect();
-        Self { screen, params, samples }
+        Self { screen, params, samples: params.directions() }
     }
 }
 

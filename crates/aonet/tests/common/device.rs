@@ -2,8 +2,8 @@
 //! `AONET_REQUIRE_GPU=1` it fails.
 #![allow(dead_code, reason = "each test program uses some of it")]
 
-use aonet::AoImage;
-use aonet::net::gpu::{Device, wgpu};
+use aonet::net::gpu::{DepthEncoding, Device, Frame, NormalEncoding, NormalSpace, Options, Precision, wgpu};
+use aonet::{AoImage, GBuffer};
 
 /// A device, or none, said so.
 pub(crate) fn device() -> Option<Device> {
@@ -16,6 +16,34 @@ pub(crate) fn device() -> Option<Device> {
         }
     }
 }
+
+/// Inputs of a session with the default encodings but linear depth.
+pub(crate) struct Inputs {
+    pub(crate) normal: wgpu::TextureView,
+    pub(crate) depth: wgpu::TextureView,
+    pub(crate) frame: Frame,
+}
+
+pub(crate) fn inputs(device: &Device, gbuffer: &GBuffer) -> Inputs {
+    let size = (gbuffer.width(), gbuffer.height());
+    let texels = gbuffer.normal().iter().flat_map(|n| [n[0], n[1], n[2], 0.0]);
+    let normals: Vec<_> = texels.flat_map(f32::to_le_bytes).collect();
+    let depths: Vec<_> = gbuffer.depth().iter().flat_map(|d| d.to_le_bytes()).collect();
+    Inputs {
+        normal: filled(device, size, wgpu::TextureFormat::Rgba32Float, &normals),
+        depth: filled(device, size, wgpu::TextureFormat::R32Float, &depths),
+        frame: Frame { camera: *gbuffer.camera(), far: f32::INFINITY, params: crate::common::params() },
+    }
+}
+
+/// Of a session for them, in 32-bit floats from end to end.
+pub(crate) const OPTIONS: Options = Options {
+    precision: Precision::F32,
+    normals: NormalEncoding::Plain,
+    normal_space: NormalSpace::View,
+    depth: DepthEncoding::Linear,
+    output: wgpu::TextureFormat::R32Float,
+};
 
 /// A texture of a format that can be written, rendered to where the format allows it, and read back.
 pub(crate) fn texture(

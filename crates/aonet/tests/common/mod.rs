@@ -36,6 +36,28 @@ pub(crate) fn frame((width, height): (usize, usize), seed: u64) -> GBuffer {
     GBuffer::new(camera(width, height), depth, normal).unwrap()
 }
 
+/// A curved surface that occludes itself, with a hole.
+pub(crate) fn waves(size: (usize, usize)) -> GBuffer {
+    waves_through(Projection::Perspective { fov_y: 1.0 }, size)
+}
+
+/// The same through another lens.
+pub(crate) fn waves_through(projection: Projection, (width, height): (usize, usize)) -> GBuffer {
+    let view = (glam::Vec3::ZERO, -glam::Vec3::Z, glam::Vec3::Y);
+    let camera = Camera::look_at(view, projection, (width, height), 0.0).unwrap();
+    let depth_at = |x: usize, y: usize| 3.0 + 0.4 * (x as f32 * 0.2).sin() * (y as f32 * 0.15).cos();
+    let (mut depth, mut normal) = (Vec::new(), Vec::new());
+    for i in 0..width * height {
+        let (x, y) = (i % width, i / width);
+        let at = |x: usize, y: usize| camera.position_view(x, y, depth_at(x, y));
+        let across = (at(x + 1, y) - at(x, y)).cross(at(x, y) - at(x, y + 1));
+        normal.push(across.normalize().to_array());
+        let hole = (x as f32 - 30.0).hypot(y as f32 - 30.0) < 8.0;
+        depth.push(if hole { f32::INFINITY } else { depth_at(x, y) });
+    }
+    GBuffer::new(camera, depth, normal).unwrap()
+}
+
 /// A camera at the origin that sees a tenth of a radian: every normal that leans forward faces it.
 pub(crate) fn camera(width: usize, height: usize) -> Camera {
     let fov_y = 0.1 * height as f32 / width.max(height) as f32;
@@ -88,6 +110,13 @@ pub(crate) fn params() -> AoParams {
 pub(crate) fn max_error(a: &AoImage, b: &AoImage) -> f32 {
     assert_eq!((a.width(), a.height()), (b.width(), b.height()));
     a.visibility().iter().zip(b.visibility()).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max)
+}
+
+/// Mean absolute difference.
+pub(crate) fn mean_error(a: &AoImage, b: &AoImage) -> f32 {
+    assert_eq!((a.width(), a.height()), (b.width(), b.height()));
+    let sum = a.visibility().iter().zip(b.visibility()).map(|(a, b)| (a - b).abs()).sum::<f32>();
+    sum / a.visibility().len() as f32
 }
 
 /// How far the foreground of an image spreads, largest minus smallest value.

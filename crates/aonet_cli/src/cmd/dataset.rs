@@ -5,6 +5,7 @@ mod make;
 mod progress;
 mod sheet;
 
+use crate::device::DeviceName;
 use crate::output;
 use anyhow::Result;
 use aonet_offline::dataset::{self, Manifest, Shard};
@@ -119,6 +120,9 @@ pub(super) struct Make {
     /// Make part I of N, 1 <= I <= N, to be joined by `aonet dataset merge`.
     #[arg(long, value_name = "I/N", value_parser = make::parse_shard)]
     shard: Option<Shard>,
+    /// Where rays are traced. Frames of different devices differ by rounding only and go together.
+    #[arg(long, value_enum, default_value_t)]
+    device: DeviceName,
     /// Draw a contact sheet at the end.
     #[arg(long, value_name = "FILE.png")]
     contact_sheet: Option<PathBuf>,

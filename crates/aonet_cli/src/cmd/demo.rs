@@ -5,6 +5,7 @@ use crate::setup::{self, StageArgs};
 use anyhow::{Context, Result};
 use aonet::metrics::{self, Comparison};
 use aonet::{AoImage, AoParams};
+use aonet_offline::backend::Rays;
 use aonet_offline::eval::{Method, run as run_method};
 use aonet_offline::frame::Frame;
 use aonet_offline::gbuffer::{self, Surface};
@@ -58,7 +59,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     let params = view.params()?;
     let start = Instant::now();
     let sampling = Sampling { spp: args.spp, seed: 1 };
-    let reference = setup::reference(&tracer, &surface, params, sampling)?;
+    let reference = setup::reference(&mut Rays::Cpu(&tracer), &surface, params, sampling)?;
     let trace_s = start.elapsed().as_secs_f64();
     let network = Method::network(&model, setup::threads(args.threads));
     let (ao, ms) = run_method(&network, &surface.gbuffer, params)?;

@@ -5,6 +5,7 @@ use crate::setup::{self, StageArgs};
 use anyhow::{Result, bail};
 use aonet::net::Model;
 use aonet_offline::View;
+use aonet_offline::backend::Rays;
 use aonet_offline::eval::{Method, run as run_method};
 use aonet_offline::flicker::{Flicker, flicker};
 use aonet_offline::gbuffer::{self, Surface};
@@ -77,7 +78,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     let params = view.params()?;
     let path = render(args, &tracer, &view, &middle)?;
     let sampling = |seed| Sampling { spp: args.spp, seed };
-    let reference = |(i, surface)| setup::reference(&tracer, surface, params, sampling(i));
+    let reference = |(i, surface)| setup::reference(&mut Rays::Cpu(&tracer), surface, params, sampling(i));
     let references = (1..).zip(&path).map(reference).collect::<Result<Vec<_>>>()?;
     let gbuffers: Vec<_> = path.iter().map(|surface| surface.gbuffer.clone()).collect();
     let (threads, pool) = (setup::threads(args.threads), setup::pool(args.threads)?);
@@ -90,8 +91,9 @@ pub(crate) fn run(args: &Args) -> Result<()> {
         rows.push((name.as_str(), flicker(&gbuffers, &references, &images)?));
     }
     // The reference's own noise: the same frames with other rays.
-    let other =
-        |(i, surface): (u64, &Surface)| setup::reference(&tracer, surface, params, sampling(i + 1000));
+    let other = |(i, surface): (u64, &Surface)| {
+        setup::reference(&mut Rays::Cpu(&tracer), surface, params, sampling(i + 1000))
+    };
     let others = (1..).zip(&path).map(other).collect::<Result<Vec<_>>>()?;
     rows.push(("reference, other rays", flicker(&gbuffers, &references, &others)?));
     report(args, &rows)

@@ -1,5 +1,6 @@
 //! `aonet trace`: a G-buffer with ray-traced AO from a scene.
 
+use crate::device::DeviceName;
 use crate::output;
 use crate::setup::{self, SceneArgs};
 use anyhow::Result;
@@ -28,6 +29,9 @@ pub(crate) struct Args {
     /// Seed of the sampling.
     #[arg(long, default_value_t = 0)]
     seed: u64,
+    /// Where rays are traced.
+    #[arg(long, value_enum, default_value_t)]
+    device: DeviceName,
     /// Also draw the AO.
     #[arg(long, value_name = "FILE.png")]
     png: Option<PathBuf>,
@@ -38,11 +42,13 @@ pub(crate) struct Args {
 
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<()> {
+    let backend = args.device.backend()?;
     let (tracer, view) = args.scene.load()?;
     let surface = gbuffer::render(&tracer, &view)?;
+    let mut rays = backend.rays(&tracer)?;
     let start = Instant::now();
     let sampling = Sampling { spp: args.spp, seed: args.seed };
-    let ao = setup::reference(&tracer, &surface, view.params()?, sampling)?;
+    let ao = setup::reference(&mut rays, &surface, view.params()?, sampling)?;
     let seconds = start.elapsed().as_secs_f64();
     if let Some(png) = &args.png {
         picture::save_png(&picture::ao(&ao), png)?;
@@ -56,7 +62,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     if args.json {
         return output::json(&json!({
             "frame": args.output, "width": view.width, "height": view.height, "radius": view.radius,
-            "spp": args.spp, "rays": rays, "seconds": seconds, "mean_visibility": mean,
+            "spp": args.spp, "device": backend.name(), "rays": rays, "seconds": seconds, "mean_visibility": mean,
         }));
     }
     output::note(&format!("{:.1} Mray in {seconds:.1} s", rays as f64 / 1e6));

@@ -4,11 +4,12 @@ use super::judge::Flaw;
 use super::manifest::{FrameEntry, Manifest};
 use super::plan::{Job, Plan, Shard};
 use super::sample::Stage;
+use crate::backend::{Backend, Rays};
 use crate::error::{Error, Result};
 use crate::frame::Frame;
 use crate::gbuffer;
 use crate::random::Random;
-use crate::reference::{Sampling, reference_ao};
+use crate::reference::Sampling;
 use crate::trace::Tracer;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -16,6 +17,15 @@ use std::time::{Duration, Instant};
 
 /// Between two writes of a manifest; a kill loses the record of at most this much work.
 pub(super) const SAVE_EVERY: Duration = Duration::from_secs(5);
+
+/// Which frames of a plan to make, and where.
+#[derive(Debug, Clone, Default)]
+pub struct Work {
+    /// All of them unless given.
+    pub shard: Option<Shard>,
+    /// What traces their reference.
+    pub backend: Backend,
+}
 
 /// What happens while frames are made.
 #[derive(Debug, Clone, Copy)]
@@ -59,18 +69,13 @@ impl Summary {
 /// Makes the frames of a plan, or of a shard of it, that `dir` does not hold yet, and its manifest.
 ///
 /// It may be killed at any moment and run again: complete frames are kept, others are made anew. Equal
-/// plans give equal bytes, whatever the shards, interruptions and number of threads.
+/// plans give equal bytes, whatever the shards, interruptions and number of threads; a GPU rounds some rays otherwise.
 ///
 /// # Errors
 /// When `dir` holds frames of another plan, a scene cannot be read or shows nothing worth keeping, a
 /// file cannot be written, or the plan is of imported frames.
-pub fn generate(
-    dir: &Path,
-    plan: &Plan,
-    shard: Option<Shard>,
-    on_event: &(dyn Fn(Event) + Sync),
-) -> Result<Summary> {
-    run(resume(dir, plan, shard)?, &BTreeMap::new(), on_event)
+pub fn generate(dir: &Path, plan: &Plan, work: &Work, on_event: &(dyn Fn(Event) + Sync)) -> Result<Summary> {
+    run(resume(dir, plan, work.shard)?, &BTreeMap::new(), (&work.backend, on_event))
 }
 
 /// Makes a dataset again in `dir` from its manifest: the same views with the same rays, so the same bytes,
@@ -82,17 +87,22 @@ pub fn generate(
 pub fn remake(
     dir: &Path,
     (original, scenes_dir): (&Manifest, &Path),
-    shard: Option<Shard>,
+    work: &Work,
     on_event: &(dyn Fn(Event) + Sync),
 ) -> Result<Summary> {
     let given = original.frames.iter().map(|f| (f.file.as_str(), f)).collect();
-    run(resume(dir, &original.plan.located(scenes_dir), shard)?, &given, on_event)
+    let manifest = resume(dir, &original.plan.located(scenes_dir), work.shard)?;
+    run(manifest, &given, (&work.backend, on_event))
 }
 
 /// Frames whose views are known, by file.
 type Given<'a> = BTreeMap<&'a str, &'a FrameEntry>;
 
-fn run(mut manifest: Manifest, given: &Given, on_event: &(dyn Fn(Event) + Sync)) -> Result<Summary> {
+fn run(
+    mut manifest: Manifest,
+    given: &Given,
+    (backend, on_event): (&Backend, &(dyn Fn(Event) + Sync)),
+) -> Result<Summary> {
     let jobs = manifest.plan.jobs(manifest.shard);
     let done: BTreeSet<String> = manifest.frames.iter().map(|f| f.file.clone()).collect();
     let mut summary = Summary { kept: done.len(), ..Summary::default() };
@@ -105,6 +115,7 @@ fn run(mut manifest: Manifest, given: &Given, on_event: &(dyn Fn(Event) + Sync))
         let (scene, content_triangles) = spec.load()?;
         let tracer = Tracer::new(scene);
         let stage = Stage::new(&spec, &tracer, content_triangles);
+        let mut rays = backend.rays(&tracer)?;
         let folder = manifest.dir().join("frames").join(&spec.name);
         std::fs::create_dir_all(&folder).map_err(Error::io(&folder))?;
         for &job in jobs {
@@ -112,7 +123,7 @@ fn run(mut manifest: Manifest, given: &Given, on_event: &(dyn Fn(Event) + Sync))
                 Some(&entry) => entry.clone(),
                 None => choose(&manifest.plan, job, &stage, &mut summary)?,
             };
-            trace(&tracer, &entry, on_event)?.save(&manifest.path(&entry))?;
+            trace((&tracer, &mut rays), &entry, on_event)?.save(&manifest.path(&entry))?;
             summary.made += 1;
             on_event(Event::Frame(&entry));
             manifest.insert(entry);
@@ -167,12 +178,15 @@ fn choose(plan: &Plan, job: Job, stage: &Stage, summary: &mut Summary) -> Result
     })
 }
 
-fn trace(tracer: &Tracer, entry: &FrameEntry, on_event: &(dyn Fn(Event) + Sync)) -> Result<Frame> {
+fn trace(
+    (tracer, rays): (&Tracer, &mut Rays<'_>),
+    entry: &FrameEntry,
+    on_event: &(dyn Fn(Event) + Sync),
+) -> Result<Frame> {
     let view = &entry.view;
     let surface = gbuffer::render(tracer, view)?;
     let sampling = Sampling { spp: entry.spp, seed: entry.seed };
-    let rays = |n| on_event(Event::Rays(n));
-    let ao = reference_ao(tracer, &surface, view.params()?, sampling, &rays)?;
+    let ao = rays.reference_ao(&surface, view.params()?, sampling, &|n| on_event(Event::Rays(n)))?;
     let (radius, view) = (Some(entry.radius), Some(view.clone()));
     Ok(Frame { gbuffer: surface.gbuffer, geo_normal: None, ao: Some(ao), radius, view })
 }

@@ -16,7 +16,7 @@ mod sample;
 mod scenes;
 mod sheet;
 
-pub use generate::{Event, Summary, generate, remake};
+pub use generate::{Event, Summary, Work, generate, remake};
 pub use import::{Import, ImportRule, ImportSummary, ImportedFrom, NormalCoding, Unmatched, import};
 pub use judge::Flaw;
 pub use manifest::{FORMAT, FrameEntry, Manifest, Split};

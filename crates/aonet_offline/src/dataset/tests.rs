@@ -38,7 +38,7 @@ fn plan(seed: u64) -> Plan {
 }
 
 fn make(dir: &Path, plan: &Plan, shard: Option<Shard>) -> Summary {
-    generate(dir, plan, shard, &|_| ()).unwrap()
+    generate(dir, plan, &Work { shard, ..Work::default() }, &|_| ()).unwrap()
 }
 
 /// Every file below a folder except shard manifests and temporary files, with its bytes.
@@ -112,7 +112,7 @@ fn a_killed_run_resumes_to_the_same_bytes() {
             panic!("killed on purpose");
         }
     };
-    let run = AssertUnwindSafe(|| generate(killed.path(), &plan(1), None, &die));
+    let run = AssertUnwindSafe(|| generate(killed.path(), &plan(1), &Work::default(), &die));
     assert!(catch_unwind(run).is_err());
     let before = contents(killed.path()).len();
     assert!((2..12).contains(&before), "{before}");
@@ -133,7 +133,7 @@ fn a_folder_with_another_dataset_is_left_alone() {
     let mut sharper = plan(1);
     sharper.recipe.spp = 5;
     for (other, named) in [(plan(2), "recipe.seed"), (sharper, "recipe.spp")] {
-        let message = generate(dir.path(), &other, None, &|_| ()).unwrap_err().to_string();
+        let message = generate(dir.path(), &other, &Work::default(), &|_| ()).unwrap_err().to_string();
         assert!(message.contains(named), "{message}");
     }
     assert_eq!(contents(dir.path()), before);
@@ -162,14 +162,14 @@ fn a_manifest_is_enough_to_make_its_frames_again() {
     original.frames[3].view.fov_y_deg = 34.0;
     original.save().unwrap();
     let original = Manifest::load(first.path()).unwrap();
-    let summary = remake(second.path(), (&original, DIR.path()), None, &|_| ()).unwrap();
+    let summary = remake(second.path(), (&original, DIR.path()), &Work::default(), &|_| ()).unwrap();
     assert_eq!((summary.made, summary.chosen), (11, 0));
     let (a, b) = (contents(first.path()), contents(second.path()));
     let differing: Vec<&String> = a.keys().filter(|name| a[*name] != b[*name]).collect();
     assert_eq!(differing, [&original.frames[3].file]);
     let frame = Frame::load(&second.path().join(differing[0]), &FrameHints::default()).unwrap();
     assert_eq!(frame.view.unwrap().fov_y_deg, 34.0);
-    let elsewhere = remake(&second.path().join("x"), (&original, second.path()), None, &|_| ());
+    let elsewhere = remake(&second.path().join("x"), (&original, second.path()), &Work::default(), &|_| ());
     assert!(elsewhere.unwrap_err().to_string().contains(".glb"));
 }
 

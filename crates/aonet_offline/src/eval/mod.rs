@@ -329,7 +329,7 @@ mod tests {
             Recipe { width: 48, height: 27, frames, spp: 16, eval_spp: 16, ..Recipe::preset(Preset::Paper) };
         let scene = |seed, split| SceneSpec::procedural(Kind::ClutterPile, seed, split);
         let plan = Plan::new(recipe, vec![scene(1, SceneSplit::Train), scene(2, SceneSplit::Test)]).unwrap();
-        dataset::generate(dir, &plan, None, &|_| ()).unwrap();
+        dataset::generate(dir, &plan, &dataset::Work::default(), &|_| ()).unwrap();
         Manifest::load(dir).unwrap()
     }
 

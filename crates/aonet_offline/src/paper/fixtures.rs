@@ -17,7 +17,7 @@ pub(crate) fn dataset(dir: &Path) -> Manifest {
         Recipe { width: 96, height: 64, frames, spp: 8, eval_spp: 8, ..Recipe::preset(Preset::Paper) };
     let scene = |seed| SceneSpec::procedural(Kind::ClutterPile, seed, SceneSplit::Test);
     let plan = Plan::new(recipe, vec![scene(1), scene(2)]).unwrap();
-    dataset::generate(dir, &plan, None, &|_| ()).unwrap();
+    dataset::generate(dir, &plan, &dataset::Work::default(), &|_| ()).unwrap();
     Manifest::load(dir).unwrap()
 }
 

@@ -9,7 +9,7 @@ use std::ops::Range;
 pub(super) const LEAF: u32 = 1 << 31;
 
 /// Deepest hierarchy that rays can walk: each level leaves at most seven children on the stack.
-pub(super) const MAX_DEPTH: usize = 36;
+pub(crate) const MAX_DEPTH: usize = 36;
 
 /// Depth from which nodes are opened by number, so that each level below has an eighth of the triangles.
 const EVEN_DEPTH: usize = 20;

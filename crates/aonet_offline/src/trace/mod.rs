@@ -3,6 +3,8 @@
 
 mod build;
 mod fan;
+#[cfg(feature = "gpu")]
+mod flat;
 mod lanes;
 mod sah;
 mod traverse;
@@ -11,7 +13,11 @@ mod vector;
 #[cfg(test)]
 mod tests;
 
+#[cfg(feature = "gpu")]
+pub(crate) use build::MAX_DEPTH;
 pub use fan::{FAN, Fan};
+#[cfg(feature = "gpu")]
+pub(crate) use flat::Flat;
 
 use crate::Scene;
 use build::Bvh8;
@@ -72,6 +78,12 @@ impl Tracer {
     /// The scene.
     pub fn scene(&self) -> &Scene {
         &self.scene
+    }
+
+    /// The hierarchy for shaders.
+    #[cfg(feature = "gpu")]
+    pub(crate) fn flat(&self) -> crate::Result<Flat> {
+        Flat::new(&self.bvh)
     }
 
     /// Whether any triangle lies at 0 < t <= `t_max` along the ray.

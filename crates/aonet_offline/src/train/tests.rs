@@ -6,7 +6,7 @@ use super::optimizer::Gradients;
 use super::samples::Crop;
 use super::step::{Stepper, single_threaded_pools};
 use super::{Augment, LossConfig, Optimizer, TrainConfig, TrainDevice, TrainRun, net, train};
-use crate::dataset::{Manifest, Plan, Preset, Recipe, SceneSpec, SceneSplit};
+use crate::dataset::{Manifest, Plan, Preset, Recipe, SceneSpec, SceneSplit, Work};
 use crate::scene::procedural::Kind;
 use aonet::net::naive::{self, Planes};
 use aonet::net::{Arch, Features, Graph, KernelWeights, Model, ModelConfig, Skips, TrainingFacts, Weights};
@@ -213,7 +213,7 @@ pub(super) fn tiny_dataset(dir: &Path) -> Manifest {
         SceneSpec::procedural(Kind::ClutterPile, 2, SceneSplit::Val),
     ];
     recipe.frames = recipe.frames.kept(|split| scenes.iter().any(|s| s.split.allows(split))).scaled_to(2);
-    crate::dataset::generate(dir, &Plan::new(recipe, scenes).unwrap(), None, &|_| ()).unwrap();
+    crate::dataset::generate(dir, &Plan::new(recipe, scenes).unwrap(), &Work::default(), &|_| ()).unwrap();
     Manifest::load(&dir.join("manifest.json")).unwrap()
 }
 

@@ -1,10 +1,13 @@
-//! The horizon search that networks see and correct: attenuated GTAO and its filter. See [`crate::classic::agtao`].
+//! Attenuated GTAO: the horizon search that networks see and correct. See [`crate::classic::agtao`].
 
-use super::features::{Extras, surface};
+use super::denoise;
+use super::features::Extras;
 use super::options::{Options, Precision};
 use super::pass::{Binding, Compiler, Pass, Recipe};
+use super::pixels::{self, Reach};
+use super::search;
 use super::shader::Shader;
-use crate::classic::HORIZONS;
+use crate::classic::{AgtaoParams, HORIZONS};
 
 /// What the search finds, before and after the filter; HxW.
 #[derive(Debug)]
@@ -15,42 +18,38 @@ pub(super) struct Horizons {
 
 /// The dispatches that fill both, if they are needed.
 pub(super) fn passes(
-    (precision, options): (Precision, &Options),
+    of: (Precision, &Options),
     compiler: &Compiler,
-    (width, height): (usize, usize),
+    size: (usize, usize),
     extras: &Extras,
 ) -> Vec<Pass> {
     let Some(Horizons { found, filtered }) = &extras.horizons else { return vec![] };
-    let search = Recipe { label: "agtao", shader: search_shader(precision, options), sees_frame: true };
-    let filter = Recipe { label: "denoise", shader: filter_shader(precision, options), sees_frame: true };
-    let tiles = |across: usize| [width.div_ceil(across), height.div_ceil(8), 1];
+    let search = Recipe { label: "agtao", shader: shader(of, &HORIZONS), sees_frame: true };
     vec![
-        Pass::new(compiler, &search, &[Binding::Write(found)], tiles(8)),
-        Pass::new(compiler, &filter, &[Binding::Write(filtered), Binding::Read(found)], tiles(16)),
+        pixels::pass(compiler, &search, &[Binding::Write(found)], size),
+        denoise::pass((compiler, denoise::shader(of, HORIZONS.denoise())), [found, filtered], size),
     ]
 }
 
 /// The shader of the search.
-pub(super) fn search_shader(precision: Precision, options: &Options) -> Shader {
-    let (sin, cos) = HORIZONS.angle_bias.to_radians().sin_cos();
-    surface(precision, options)
-        .number("SLICES", HORIZONS.slices as usize)
-        .number("STEPS", HORIZONS.steps as usize)
-        .float("RADIUS_SCALE", HORIZONS.radius_scale)
-        .float("ATTENUATION", HORIZONS.attenuation)
-        .float("DISTRIBUTION", HORIZONS.distribution)
-        .float("POWER", HORIZONS.power)
+pub(super) fn shader(of: (Precision, &Options), params: &AgtaoParams) -> Shader {
+    let (sin, cos) = params.angle_bias.to_radians().sin_cos();
+    let AgtaoParams { slices, steps, radius_scale, power, .. } = *params;
+    search::shader(of, (slices, steps), Reach { radius_scale, power })
+        .float("ATTENUATION", params.attenuation)
         .float("COS_BIAS", cos)
         .float("SIN_BIAS", sin)
-        .part(include_str!("noise.wgsl"))
-        .part(include_str!("slice.wgsl"))
+        .part(&shares(params))
         .part(include_str!("agtao.wgsl"))
 }
 
-/// The shader of the filter.
-pub(super) fn filter_shader(precision: Precision, options: &Options) -> Shader {
-    surface(precision, options)
-        .float("PLANE", HORIZONS.denoise_plane)
-        .float("NORMAL", HORIZONS.denoise_normal)
-        .part(include_str!("denoise.wgsl"))
+/// Where the taps are: a cubic of the jitter for every step, as on the CPU.
+fn shares(params: &AgtaoParams) -> String {
+    let cubics: Vec<_> = (0..params.steps as usize)
+        .map(|step| {
+            let [c0, c1, c2, c3] = params.share(step).coefficients();
+            format!("vec4({c0:?}, {c1:?}, {c2:?}, {c3:?})")
+        })
+        .collect();
+    format!("const SHARES = array<vec4<f32>, STEPS>({});", cubics.join(", "))
 }

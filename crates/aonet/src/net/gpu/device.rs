@@ -70,10 +70,13 @@ impl Device {
     }
 }
 
-/// What `make` makes; an error instead where the device has something against it.
+/// What `make` makes; an error about `what` instead where the device has something against it.
 ///
 /// Browsers tell later what they have against it, to the device's own handler.
-pub(super) fn scoped<T>(device: &wgpu::Device, what: &str, make: impl FnOnce() -> Result<T>) -> Result<T> {
+///
+/// # Errors
+/// Those of `make`, and what the device finds invalid or has no memory for.
+pub fn scoped<T>(device: &wgpu::Device, what: &str, make: impl FnOnce() -> Result<T>) -> Result<T> {
     use wgpu::ErrorFilter::{Internal, OutOfMemory, Validation};
     if cfg!(target_arch = "wasm32") {
         return make();

@@ -4,6 +4,8 @@
 //! [`Plan`](super::plan::Plan) says: partition into the features, resampling and concatenation into the convolution that
 //! reads them, the head and its kernels into one dispatch. All of it is WGSL within the default limits of WebGPU.
 //!
+//! A [`ClassicSession`] is the same for the classic methods, all but NNAO.
+//!
 //! ```no_run
 //! use aonet::net::gpu::{Frame, Options, Session, Textures, wgpu};
 //! use aonet::net::{Model, shipped};
@@ -21,11 +23,17 @@
 //! ```
 
 mod agtao;
+mod chain;
+mod classic;
 mod context;
 mod conv;
+mod denoise;
 mod device;
 mod features;
+mod gtao;
+mod hbao;
 mod head;
+mod hemisphere;
 mod image;
 mod memory;
 mod network;
@@ -33,16 +41,24 @@ mod network;
 mod offscreen;
 mod options;
 mod pass;
+mod pixels;
+mod pyramid;
+mod search;
 mod session;
 mod shader;
+mod ssao;
+mod ssdo;
 #[cfg(test)]
 mod tests;
+mod vbao;
 mod view;
 
-pub use device::Device;
+pub use chain::Timestamps;
+pub use classic::ClassicSession;
+pub use device::{Device, scoped};
 #[cfg(not(target_arch = "wasm32"))]
 pub use offscreen::Offscreen;
 pub use options::{DepthEncoding, Frame, NormalEncoding, NormalSpace, Options, Precision};
-pub use session::{Session, Timestamps};
+pub use session::Session;
 pub use view::{Textures, View};
 pub use wgpu;

@@ -102,7 +102,7 @@ fn precision(device: &wgpu::Device, features: Features, options: Options) -> Pre
 }
 
 /// What the shaders need is what WebGPU promises; devices made for less are refused.
-fn check_limits(limits: &wgpu::Limits) -> Result<()> {
+pub(super) fn check_limits(limits: &wgpu::Limits) -> Result<()> {
     let needed = wgpu::Limits::defaults();
     for (what, least, found) in [
         (

@@ -1,6 +1,7 @@
 //! A model ready to run at one size.
 
 use super::agtao::{self, Horizons};
+use super::chain::{Chain, Timestamps};
 use super::context::Context;
 use super::device::scoped;
 use super::features::{self, Extras};
@@ -9,8 +10,7 @@ use super::image::{Image, Raw};
 use super::memory::Memory;
 use super::network::{Network, Weighed};
 use super::options::{Frame, Options, Precision};
-use super::pass::Pass;
-use super::view::{self, Textures, View};
+use super::view::{Textures, View, check_size};
 use crate::error::{Error, Result};
 use crate::net::config::Channel;
 use crate::net::model::Model;
@@ -31,15 +31,7 @@ struct Sized {
     memory: Memory,
     extras: Extras,
     raw: wgpu::Buffer,
-    passes: Vec<Pass>,
-    image: Image,
-}
-
-/// Where the passes of a frame write when they begin and end.
-#[derive(Debug, Clone, Copy)]
-pub struct Timestamps<'a> {
-    /// Two queries for each of [`Session::pass_labels`].
-    pub queries: &'a wgpu::QuerySet,
+    chain: Chain,
 }
 
 impl Session {
@@ -101,13 +93,7 @@ impl Session {
     /// When view or camera have another size than the session, or the frame's numbers are out of range.
     pub fn encode(&self, encoder: &mut wgpu::CommandEncoder, view: &View, frame: &Frame) -> Result<()> {
         self.begin(encoder, view, frame)?;
-        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
-            label: Some("aonet"),
-            timestamp_writes: None,
-        });
-        self.sized.passes.iter().for_each(|p| p.encode(&mut pass, &view.group));
-        drop(pass);
-        self.encode_image(encoder, view, None);
+        self.sized.chain.encode(encoder, view);
         Ok(())
     }
 
@@ -123,67 +109,22 @@ impl Session {
         timestamps: Timestamps<'_>,
     ) -> Result<()> {
         self.begin(encoder, view, frame)?;
-        for (i, pass) in self.sized.passes.iter().enumerate() {
-            let mut one = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
-                label: Some(&pass.label),
-                timestamp_writes: Some(wgpu::ComputePassTimestampWrites {
-                    query_set: timestamps.queries,
-                    beginning_of_pass_write_index: Some(2 * i as u32),
-                    end_of_pass_write_index: Some(2 * i as u32 + 1),
-                }),
-            });
-            pass.encode(&mut one, &view.group);
-        }
-        self.encode_image(encoder, view, Some(timestamps));
+        self.sized.chain.encode_timed(encoder, view, timestamps);
         Ok(())
     }
 
     fn begin(&self, encoder: &mut wgpu::CommandEncoder, view: &View, frame: &Frame) -> Result<()> {
-        let (width, height) = self.sized.plan.size;
-        if view.size != (width, height) {
-            let found = format!("{}x{}", view.size.0, view.size.1);
-            return Err(Error::size("view of a session", format!("{width}x{height}"), found));
-        }
-        let bytes = view::frame_bytes(&self.network.options, frame, (width, height))?;
-        self.network.context.queue.write_buffer(&view.frame, 0, &bytes);
+        let Network { context, options, .. } = &*self.network;
+        view.begin((context, options), self.sized.plan.size, frame)?;
         if let Some(range) = &self.sized.extras.depth_range {
             encoder.clear_buffer(range, 0, None);
         }
         Ok(())
     }
 
-    fn encode_image(
-        &self,
-        encoder: &mut wgpu::CommandEncoder,
-        view: &View,
-        timestamps: Option<Timestamps<'_>>,
-    ) {
-        let first = 2 * self.sized.passes.len() as u32;
-        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-            label: Some("aonet image"),
-            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                view: &view.visibility,
-                depth_slice: None,
-                resolve_target: None,
-                ops: wgpu::Operations {
-                    load: wgpu::LoadOp::Clear(wgpu::Color::WHITE),
-                    store: wgpu::StoreOp::Store,
-                },
-            })],
-            timestamp_writes: timestamps.map(|t| wgpu::RenderPassTimestampWrites {
-                query_set: t.queries,
-                beginning_of_pass_write_index: Some(first),
-                end_of_pass_write_index: Some(first + 1),
-            }),
-            ..Default::default()
-        });
-        self.sized.image.encode(&mut pass, &view.group);
-    }
-
     /// Names of the passes of a frame in order.
     pub fn pass_labels(&self) -> Vec<&str> {
-        let labels = self.sized.passes.iter().map(|p| p.label.as_str());
-        labels.chain(["image"]).collect()
+        self.sized.chain.labels()
     }
 
     /// What runs.
@@ -207,15 +148,7 @@ impl Session {
 impl Sized {
     fn new(network: &Network, (width, height): (usize, usize)) -> Result<Self> {
         let plan = Plan::new(&network.graph, width, height)?;
-        let limits = network.context.device.limits();
-        let most = limits.max_texture_dimension_2d as usize;
-        if width.max(height) > most {
-            return Err(Error::size(
-                "session",
-                format!("sides of at most {most}"),
-                format!("{width}x{height}"),
-            ));
-        }
+        check_size(&network.context.device, (width, height))?;
         scoped(&network.context.device, "session", || Self::of_plan(network, plan))
     }
 
@@ -250,7 +183,7 @@ impl Sized {
             }
         }
         let image = last.ok_or_else(|| Error::config("graph", "an image at the end", "none"))?;
-        Ok(Self { plan, memory, extras, raw, passes, image })
+        Ok(Self { plan, memory, extras, raw, chain: Chain { passes, image } })
     }
 }
 

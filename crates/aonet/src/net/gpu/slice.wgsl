@@ -1,19 +1,7 @@
 // A plane through a pixel and the camera, in which occluders are looked for. CPU twin: classic/slice.rs.
 
-const PI: f32 = 3.1415927;
 /// Least cosine between normal and view that the tangent plane is followed at. guess
 const MOST_GRAZING: f32 = 0.1;
-
-/// A pixel that shows geometry.
-struct Pixel {
-    at: vec2<f32>,
-    /// View space.
-    position: vec3<f32>,
-    normal: vec3<f32>,
-    to_viewer: vec3<f32>,
-    /// The AO radius on the screen [px].
-    radius_px: f32,
-}
 
 /// Spanned by the unit vectors to_viewer and one across it, "along".
 // Jimenez et al. 2016, §4, Alg. 1: the light of a pixel as an integral over slices.
@@ -39,17 +27,9 @@ fn arc_cosine(x: f32) -> f32 {
     return select(positive, PI - positive, x < 0.0);
 }
 
-/// Sine of an angle between -PI/2 and PI/2, and a little beyond. WGSL's own may be off by 5e-4.
-fn small_sine(x: f32) -> f32 {
-    let s = x * x;
-    let higher = 1.0 / 120.0 + s * (-1.0 / 5040.0 + s * (1.0 / 362880.0 - s / 39916800.0));
-    return x * (1.0 + s * (-1.0 / 6.0 + s * higher));
-}
-
 /// The slice at so many half turns from the screen's x axis, in [0, 1].
 fn slice_at(p: Pixel, turn: f32) -> Slice {
-    let angle = turn * PI;
-    let d = vec2(small_sine(0.5 * PI - angle), small_sine(min(angle, PI - angle)));
+    let d = half_turn(turn);
     let v = p.to_viewer;
     let view_slope = dot(d, v.xy);
     let inverse_along = inverseSqrt(max(1.0 - view_slope * view_slope, 1e-6));
@@ -67,14 +47,17 @@ fn slice_at(p: Pixel, turn: f32) -> Slice {
     return Slice(d, along, v + axis * slide, squared * inverse_length, cos_n, sin_n, select(n, -n, sin_n < 0.0));
 }
 
-/// Light between the viewer and a horizon on one side, by the cosine between the two.
+/// Light from the angles between the viewer and an angle (with its cosine and sine), whose sign tells the side.
 // Jimenez et al. 2016, Eq. 7: an antiderivative of cos(t - n) |sin t|, zero at the viewer.
-fn light_above(s: Slice, horizon: f32, sign: f32) -> f32 {
-    let cosine = clamp(horizon, -1.0, 1.0);
-    let angle = arc_cosine(cosine) * sign;
-    let sine = sqrt(1.0 - cosine * cosine) * sign;
+fn arc(s: Slice, angle: f32, cosine: f32, sine: f32) -> f32 {
     let of_double = (2.0 * cosine * cosine - 1.0) * s.cos_n + 2.0 * cosine * sine * s.sin_n;
     return (2.0 * angle * s.sin_n + s.cos_n - of_double) * 0.25;
+}
+
+/// Light between the viewer and a horizon on one side, by the cosine between the two.
+fn light_above(s: Slice, horizon: f32, sign: f32) -> f32 {
+    let cosine = clamp(horizon, -1.0, 1.0);
+    return arc(s, arc_cosine(cosine) * sign, cosine, sqrt(1.0 - cosine * cosine) * sign);
 }
 
 /// Light of the whole slice when nothing occludes.

@@ -7,7 +7,7 @@ use super::head::{self, Head};
 use super::memory::{BLOCK, Memory, blocks};
 use super::options::{DepthEncoding, NormalEncoding, Options, Precision};
 use super::pass::{Compiler, Pass};
-use super::{agtao, features, image, view};
+use super::{features, image, view};
 use crate::net::config::{Features, KernelWeights};
 use crate::net::graph::{Activation, Graph, Op};
 use crate::net::naive::{self, Planes};
@@ -18,10 +18,10 @@ use wgpu::naga;
 /// Normalised mean square error. Measured: 1.5e-13 from the order of summation, 1.6e-6 from rounding to halves.
 const MAX_NMSE: [(Precision, f64); 2] = [(Precision::F32, 1e-12), (Precision::F16, 1e-5)];
 
-const PRECISIONS: [Precision; 2] = [Precision::F32, Precision::F16];
+pub(super) const PRECISIONS: [Precision; 2] = [Precision::F32, Precision::F16];
 
 /// Panics when the shader is no WGSL or needs more memory a workgroup than WebGPU promises.
-fn validate(source: &str, what: &str) {
+pub(super) fn validate(source: &str, what: &str) {
     let module = naga::front::wgsl::parse_str(source)
         .unwrap_or_else(|e| panic!("{what}: {}\n{source}", e.emit_to_string(source)));
     let capabilities = naga::valid::Capabilities::SHADER_FLOAT16;
@@ -59,8 +59,6 @@ fn every_shader_is_valid() {
         for options in encodings() {
             let surface = || features::surface(precision, &options);
             validate(features::depth_range_shader(surface()).source(), "depth range");
-            validate(agtao::search_shader(precision, &options).source(), "agtao");
-            validate(agtao::filter_shader(precision, &options).source(), "denoise");
             for patch in [1, 4] {
                 for channels in FEATURES {
                     let shader = features::shader((precision, &options), channels, patch);
@@ -84,7 +82,7 @@ const FEATURES: [Features; 7] = [
     Features::NormalPosition,
 ];
 
-fn encodings() -> Vec<Options> {
+pub(super) fn encodings() -> Vec<Options> {
     use DepthEncoding::{Linear, Reversed, Standard};
     use NormalEncoding::{Octahedral, OctahedralUnorm, Plain, Unorm};
     let depth = |depth| Options { depth, ..Options::default() };

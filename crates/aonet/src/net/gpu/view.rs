@@ -1,5 +1,6 @@
 //! The textures of a frame: what a session reads and what it writes.
 
+use super::context::Context;
 use super::device::scoped;
 use super::options::{DepthEncoding, Frame, NormalSpace, Options};
 use crate::camera::Projection;
@@ -96,6 +97,40 @@ impl View {
     }
 }
 
+impl View {
+    /// Writes a frame's numbers for the commands that are submitted next.
+    ///
+    /// # Errors
+    /// When view or camera have another size than the session, or the frame's numbers are out of range.
+    pub(super) fn begin(
+        &self,
+        (context, options): (&Context, &Options),
+        (width, height): (usize, usize),
+        frame: &Frame,
+    ) -> Result<()> {
+        if self.size != (width, height) {
+            let found = format!("{}x{}", self.size.0, self.size.1);
+            return Err(Error::size("view of a session", format!("{width}x{height}"), found));
+        }
+        let bytes = frame_bytes(options, frame, (width, height))?;
+        context.queue.write_buffer(&self.frame, 0, &bytes);
+        Ok(())
+    }
+}
+
+/// # Errors
+/// When a side is larger than the device's textures.
+pub(super) fn check_size(device: &wgpu::Device, (width, height): (usize, usize)) -> Result<()> {
+    let most = device.limits().max_texture_dimension_2d as usize;
+    match width.max(height) <= most {
+        true => Ok(()),
+        false => {
+            let found = format!("{width}x{height}");
+            Err(Error::size("session", format!("sides of at most {most}"), found))
+        }
+    }
+}
+
 /// Bytes of the struct `Frame` of `surface.wgsl`.
 const FRAME_BYTES: usize = 80;
 
@@ -103,7 +138,7 @@ const FRAME_BYTES: usize = 80;
 ///
 /// # Errors
 /// When the camera is of another size or out of range, or the planes are.
-pub(super) fn frame_bytes(
+fn frame_bytes(
     options: &Options,
     frame: &Frame,
     (width, height): (usize, usize),

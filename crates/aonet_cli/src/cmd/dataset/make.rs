@@ -5,7 +5,7 @@ use super::{COLUMNS, FRAMES, Make};
 use crate::output;
 use anyhow::{Context, Result, bail};
 use aonet_offline::dataset::{
-    self, Event, Manifest, Plan, Preset, RadiusRule, Recipe, SceneSpec, SceneSplit, Shard,
+    self, Event, Manifest, Plan, Preset, RadiusRule, Recipe, SceneSpec, SceneSplit, Shard, Work,
 };
 use aonet_offline::picture;
 use aonet_offline::scene::procedural::Kind;
@@ -42,13 +42,14 @@ impl From<SplitName> for SceneSplit {
 /// Makes the dataset.
 pub(super) fn run(make: &Make) -> Result<()> {
     let out_dir = make.out_dir.as_ref().context("OUT_DIR is missing")?;
+    let work = Work { shard: make.shard, backend: make.device.backend()? };
     let progress = Progress::new();
     let on_event = |event: Event| progress.on_event(event);
     let summary = match &make.from {
-        None => dataset::generate(out_dir, &plan(make)?, make.shard, &on_event)?,
+        None => dataset::generate(out_dir, &plan(make)?, &work, &on_event)?,
         Some(manifest) => {
             let scenes_dir = make.scenes_dir.as_deref().unwrap_or(Path::new(""));
-            dataset::remake(out_dir, (&Manifest::load(manifest)?, scenes_dir), make.shard, &on_event)?
+            dataset::remake(out_dir, (&Manifest::load(manifest)?, scenes_dir), &work, &on_event)?
         }
     };
     progress.finish(&summary);

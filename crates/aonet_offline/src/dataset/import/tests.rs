@@ -1,7 +1,7 @@
 //! Imports of frames made here, and of files that are none.
 
-use super::super::Split;
 use super::super::fixtures::stack;
+use super::super::{Split, Work};
 use super::*;
 use crate::exr_file::{Plane, encode};
 use crate::frame::{Frame, FrameHints};
@@ -320,8 +320,9 @@ fn imported_frames_are_not_made_again() {
     let manifest = desk.manifest();
     let elsewhere = desk.dir.path().join("elsewhere");
     let refusals = [
-        super::super::generate(&elsewhere, &manifest.plan, None, &|_| ()).unwrap_err(),
-        super::super::remake(&elsewhere, (&manifest, desk.dir.path()), None, &|_| ()).unwrap_err(),
+        super::super::generate(&elsewhere, &manifest.plan, &Work::default(), &|_| ()).unwrap_err(),
+        super::super::remake(&elsewhere, (&manifest, desk.dir.path()), &Work::default(), &|_| ())
+            .unwrap_err(),
     ];
     for refusal in refusals {
         assert!(refusal.to_string().contains("another program made them"), "{refusal}");

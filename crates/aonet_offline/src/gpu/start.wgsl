@@ -1,0 +1,73 @@
+// Where the rays of a frame's pixels start: from a renderer's normals and depth. CPU twin: Point of reference.rs, which knows
+// the triangle.
+
+struct Frame {
+    world_from_view: mat4x3<f32>,
+    /// [px]
+    size: vec2<u32>,
+    /// What makes a distance of a stored depth: see decode_depth.
+    depth_line: vec2<f32>,
+    /// World units a pixel: the first times the depth plus the second. One of them is 0.
+    pixel_size: vec2<f32>,
+}
+
+@group(0) @binding(0) var<uniform> frame: Frame;
+@group(0) @binding(1) var<storage, read_write> origins: array<vec4<f32>>;
+@group(0) @binding(2) var<storage, read_write> normals: array<vec4<f32>>;
+@group(0) @binding(3) var<storage, read_write> geo_normals: array<vec4<f32>>;
+@group(1) @binding(0) var normal_texture: texture_2d<f32>;
+@group(1) @binding(1) var geo_normal_texture: texture_2d<f32>;
+@group(1) @binding(2) var depth_texture: texture_2d<f32>;
+
+/// Depth of the background.
+const BACKGROUND: f32 = 1e16;
+/// How far a rasteriser may move a surface sideways [px]: vertices snap to 1/256 of a pixel, so by half of it; and as much
+/// again.
+const SNAP: f32 = 1.0 / 256.0;
+/// Relative error of a position: that of the depth and a dozen roundings of half a unit in the last place.
+const POSITION_ERROR: f32 = 8.0 * 1.1920929e-7;
+
+/// Distance along -Z of what a depth texture holds.
+fn decode_depth(stored: f32) -> f32 {
+    if (LINEAR_DEPTH) {
+        // NaN, too, is background.
+        return select(BACKGROUND, min(stored, BACKGROUND), stored > 0.0);
+    }
+    if (stored == FARTHEST) {
+        return BACKGROUND;
+    }
+    // Between the near and the far plane distances are linear; with perspective, their inverses are.
+    let line = frame.depth_line.x * stored + frame.depth_line.y;
+    return select(line, 1.0 / line, frame.pixel_size.x > 0.0);
+}
+
+/// World space, unit length; zero where `normal_view` is.
+fn to_world(normal_view: vec3<f32>) -> vec3<f32> {
+    return frame.world_from_view * vec4(normal_view / sqrt(max(dot(normal_view, normal_view), 1e-30)), 0.0);
+}
+
+@compute @workgroup_size(16, 8)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    if (any(id.xy >= frame.size)) {
+        return;
+    }
+    let i = id.y * frame.size.x + id.x;
+    let depth = decode_depth(textureLoad(depth_texture, id.xy, 0).x);
+    if (depth >= BACKGROUND) {
+        normals[i] = vec4(0.0);
+        return;
+    }
+    let pixel_size = frame.pixel_size.x * depth + frame.pixel_size.y;
+    let from_centre = (vec2<f32>(id.xy) + 0.5 - 0.5 * vec2<f32>(frame.size)) * vec2(pixel_size, -pixel_size);
+    let position_view = vec3(from_centre, -depth);
+    let position = frame.world_from_view * vec4(position_view, 1.0);
+    let geo_normal_view = textureLoad(geo_normal_texture, id.xy, 0).xyz;
+    // Seen from behind, both normals are those of the other side.
+    let towards_eye = select(-position_view, vec3(0.0, 0.0, 1.0), frame.pixel_size.x == 0.0);
+    let side = select(1.0, -1.0, dot(geo_normal_view, towards_eye) < 0.0);
+    let geo_normal = side * to_world(geo_normal_view);
+    let error = POSITION_ERROR * (length(position) + length(position_view) + length(frame.world_from_view[3]));
+    origins[i] = vec4(position + geo_normal * (error + SNAP * pixel_size), 0.0);
+    normals[i] = vec4(side * to_world(textureLoad(normal_texture, id.xy, 0).xyz), 0.0);
+    geo_normals[i] = vec4(geo_normal, 0.0);
+}

@@ -1,0 +1,135 @@
+//! Start points of a renderer.
+
+use super::device::{filled, read, target, texture};
+use super::scenes::{floor, quad, view};
+use super::{FLOAT, LEAST_PSNR, agreement, device, reference, stage};
+use aonet::net::gpu::{DepthEncoding, Device, Frame, wgpu};
+use aonet::{AoImage, Camera};
+use aonet_offline::View;
+use aonet_offline::gbuffer::render;
+use aonet_offline::gpu::{Options, Textures};
+use aonet_offline::reference::{Sampling, reference_ao};
+use aonet_offline::trace::Tracer;
+use glam::Vec3;
+
+/// What a renderer knows of a frame.
+pub(super) struct Shown<'a> {
+    pub(super) camera: Camera,
+    pub(super) depth: &'a [f32],
+    pub(super) normal: &'a [[f32; 3]],
+    pub(super) geo_normal: &'a [[f32; 3]],
+}
+
+impl Shown<'_> {
+    /// Normals, geometric normals and depth.
+    pub(super) fn textures(&self, device: &Device, stored: impl Fn(f32) -> f32) -> [wgpu::TextureView; 3] {
+        let size = (self.camera.width, self.camera.height);
+        let normals = |normals: &[[f32; 3]]| {
+            let texels = normals.iter().flat_map(|n| [n[0], n[1], n[2], 0.0]).flat_map(f32::to_le_bytes);
+            filled(device, size, wgpu::TextureFormat::Rgba32Float, &texels.collect::<Vec<_>>())
+        };
+        let depths = self.depth.iter().flat_map(|d| stored(*d).to_le_bytes());
+        let depth = filled(device, size, FLOAT, &depths.collect::<Vec<_>>());
+        [normals(self.normal), normals(self.geo_normal), depth]
+    }
+}
+
+/// The reference that starts from textures.
+fn from_textures(
+    device: &Device,
+    tracer: &Tracer,
+    (textures, frame): (&[wgpu::TextureView; 3], &Frame),
+    options: Options,
+) -> AoImage {
+    let size = (frame.camera.width, frame.camera.height);
+    let mut reference = reference(device, tracer, size, options);
+    let [normal, geo_normal, depth] = textures;
+    let view = reference.view(Textures { normal, geo_normal, depth }).unwrap();
+    let visibility = target(device, size, options.output);
+    let mut encoder = device.device.create_command_encoder(&Default::default());
+    reference.start(&mut encoder, &view, frame).unwrap();
+    reference.encode(&mut encoder, options.sampling.spp, &visibility).unwrap();
+    read(device, encoder, &visibility)
+}
+
+#[test]
+fn rays_start_at_what_textures_show() {
+    let Some(device) = device() else { return };
+    let size = (45, 31);
+    let (tracer, view, _) = stage(size);
+    let height = 0.5 * (Vec3::from(view.eye) - Vec3::from(view.target)).length();
+    for ortho_height in [None, Some(height)] {
+        let view = View { ortho_height, ..view.clone() };
+        let mut surface = render(&tracer, &view).unwrap();
+        let (params, camera) = (view.params().unwrap(), view.camera().unwrap());
+        let sampling = Sampling { spp: 60, seed: 5 };
+        let cpu = reference_ao(&tracer, &surface, params, sampling, &|_| ()).unwrap();
+        // As a renderer leaves them that does not know from which side a triangle is seen.
+        let backs: Vec<usize> = (0..size.0 * size.1).filter(|i| i % 3 == 0).collect();
+        let (depth, mut normal) = (surface.gbuffer.depth().to_vec(), surface.gbuffer.normal().to_vec());
+        for i in backs {
+            normal[i] = normal[i].map(|x| -2.0 * x);
+            surface.geo_normal[i] = surface.geo_normal[i].map(|x| -0.5 * x);
+        }
+        let (near, far) = (f64::from(view.near), 1e5 * f64::from(view.near));
+        let curve = |d: f64| if ortho_height.is_none() { 1.0 / d } else { d };
+        let reversed = |d: f32| match d == f32::INFINITY {
+            true => 0.0,
+            false => ((curve(d.into()) - curve(far)) / (curve(near) - curve(far))) as f32,
+        };
+        let frame = Frame { camera, far: far as f32, params };
+        for (encoding, linear) in [(DepthEncoding::Linear, true), (DepthEncoding::Reversed, false)] {
+            let shown = Shown { camera, depth: &depth, normal: &normal, geo_normal: &surface.geo_normal };
+            let textures = shown.textures(&device, |d| if linear { d } else { reversed(d) });
+            let options = Options { sampling, depth: encoding, output: FLOAT };
+            let gpu = from_textures(&device, &tracer, (&textures, &frame), options);
+            let psnr = agreement(&cpu, &gpu);
+            println!("{encoding:?}, orthographic {ortho_height:?}: {psnr:.1} dB");
+            assert!(psnr >= LEAST_PSNR && gpu.visibility().iter().any(|v| *v < 0.5));
+        }
+    }
+}
+
+/// A depth buffer as a renderer leaves it: a floor seen from above, all of it at one distance.
+#[test]
+fn rays_start_at_a_depth_buffer() {
+    let Some(device) = device() else { return };
+    let size = (20, 12);
+    let mut scene = floor(100.0);
+    scene.append(&quad(Vec3::new(-100.0, 0.5, -100.0), Vec3::X * 200.0, Vec3::Z * 100.0));
+    let tracer = Tracer::new(scene);
+    let straight = View {
+        up: [0.0, 0.0, -1.0],
+        near: 0.25,
+        ..view(Vec3::new(0.0, 0.4, 0.2), Vec3::new(0.0, 0.0, 0.2), 1.0)
+    };
+    let straight = View { width: size.0, height: size.1, fov_y_deg: 40.0, ..straight };
+    let surface = render(&tracer, &straight).unwrap();
+    let (params, sampling) = (straight.params().unwrap(), Sampling { spp: 60, seed: 5 });
+    let cpu = reference_ao(&tracer, &surface, params, sampling, &|_| ()).unwrap();
+    let usage = wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::RENDER_ATTACHMENT;
+    let depth =
+        texture(&device, size, wgpu::TextureFormat::Depth32Float, usage).create_view(&Default::default());
+    let mut encoder = device.device.create_command_encoder(&Default::default());
+    drop(encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+        depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+            view: &depth,
+            // near / distance.
+            depth_ops: Some(wgpu::Operations {
+                load: wgpu::LoadOp::Clear(0.25 / 0.4),
+                store: wgpu::StoreOp::Store,
+            }),
+            stencil_ops: None,
+        }),
+        ..Default::default()
+    }));
+    device.queue.submit([encoder.finish()]);
+    let camera = straight.camera().unwrap();
+    let normal = surface.gbuffer.normal();
+    let shown = Shown { camera, depth: surface.gbuffer.depth(), normal, geo_normal: &surface.geo_normal };
+    let [normal, geo_normal, _] = shown.textures(&device, |d| d);
+    let frame = Frame { camera, far: f32::INFINITY, params };
+    let options = Options { sampling, output: FLOAT, ..Options::default() };
+    let gpu = from_textures(&device, &tracer, (&[normal, geo_normal, depth], &frame), options);
+    assert!(agreement(&cpu, &gpu) >= LEAST_PSNR && cpu.visibility().iter().any(|v| *v < 0.8));
+}
