@@ -40,7 +40,9 @@ impl Trouble {
 /// A promise of the end of all that has been submitted.
 pub(crate) fn end_of(queue: &wgpu::Queue) -> js_sys::Promise {
     let (send, receive) = oneshot::channel();
-    queue.on_submitted_work_done(move || drop(send.send(())));
+    queue.on_submitted_work_done(move || {
+        let _ = send.send(());
+    });
     future_to_promise(async move {
         // A lost device does not call back; it has told so already.
         let _ = receive.await;

@@ -3,7 +3,8 @@
 use std::path::Path;
 use std::process::{Command, Output};
 
-const VIEW: &str = r#"{"eye":[0.5,3,5],"target":[0,0.5,0],"fov_y_deg":50,"width":48,"height":32,"radius":0.5}"#;
+const VIEW: &str =
+    r#"{"eye":[0.5,3,5],"target":[0,0.5,0],"fov_y_deg":50,"width":48,"height":32,"radius":0.5}"#;
 
 const TRACE: &str = "trace procedural:clutter_pile:1 --view view.json --spp 16 --json -o";
 
