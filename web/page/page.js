@@ -55,7 +55,10 @@ const frames = {
             await new Promise(requestAnimationFrame);
             try {
                 fit();
-                await viewer.draw();
+                const end = viewer.draw();
+                // The picture can be read until the browser has shown it.
+                canvas.dispatchEvent(new Event("draw"));
+                await end;
                 this.wanted ||= viewer.converges();
             } catch (error) {
                 fail(error);

@@ -1,6 +1,7 @@
 """What must hold of the page. A check takes a desk and returns what it has measured; what does not hold is an
 AssertionError."""
 
+import math
 import pathlib
 
 from . import picture
@@ -8,7 +9,9 @@ from . import picture
 SEEDS = pathlib.Path(__file__).resolve().parents[2] / "fuzz/seeds/gltf"
 # A method, and how close its picture must come to the native one [dB]: somewhat below what was measured with SwiftShader
 # here and lavapipe there (see the README). The rasterisers differ along edges.
-METHODS = {"off": 30, "network": 30, "paper": 30}
+METHODS = {"off": 30, "gtao": 30, "vbao": 30, "network": 30, "paper": 30}
+# As many rays as the page traces.
+RAYS = 512
 
 
 def expect(condition, sentence):
@@ -44,6 +47,15 @@ def methods(desk):
     return ", ".join(measured)
 
 
+def reference(desk):
+    """Rays converge to what as many of them are on the native device."""
+    desk.set(left="reference", right="reference", show="ao")
+    measured = like_native(desk, "reference", 30, method="reference", show="ao", spp=RAYS)
+    desk.screenshot("reference")
+    desk.set(left="off", right="off", show="shaded")
+    return measured
+
+
 def kinds(desk):
     """So does every kind of picture."""
     measured = []
@@ -58,10 +70,10 @@ def kinds(desk):
 
 def slider(desk):
     """Left of it is one method, right of it the other."""
-    whole = [desk.set(left=method, right=method) for method in ("off", "network")]
+    whole = [desk.set(left=method, right=method, split=0) for method in ("off", "network")]
     both = desk.set(left="off", right="network", split=0.25)
-    # The slider itself is a column of its own.
-    edge = round(0.25 * both.width)
+    # The slider itself is a column of its own. Python rounds halves to even numbers, the renderer does not.
+    edge = math.floor(0.25 * both.width + 0.5)
     for i, (first, end) in enumerate([(0, edge), (edge + 1, both.width)]):
         same = both.columns(first, end).rgba == whole[i].columns(first, end).rgba
         expect(same, f"columns {first} to {end} are not of the method on that side")
@@ -113,6 +125,7 @@ def files(desk):
 
 def sizes(desk):
     """A phone has all of its pixels and nothing to scroll sideways; a canvas without a size does no harm."""
+    desk.set(left="off", right="off", scale=1)
     desk.page.resize((360, 740), scale=2, mobile=True)
     canvas = "document.getElementById('picture')"
     desk.page.wait(f"{canvas}.width === 2 * {canvas}.clientWidth && document.body.dataset.state === 'resting'")
@@ -139,4 +152,4 @@ def lost_device(desk):
     return desk.message()
 
 
-WITH_WEBGPU = [methods, kinds, slider, radius, hands, files, sizes, lost_device]
+WITH_WEBGPU = [methods, reference, kinds, slider, radius, hands, files, sizes, lost_device]

@@ -10,8 +10,17 @@ import threading
 from . import picture
 from .browser import Absent
 
-# Runs before the page's own scripts: a control is set as a hand sets it, a file falls from above, a device can be lost.
+# Runs before the page's own scripts: a control is set as a hand sets it, a file falls from above, a device can be lost,
+# pictures are copied, and there are few pixels to begin with, because software draws them.
 HELPERS = """
+addEventListener("DOMContentLoaded", () => {
+    document.getElementById("scale").value = "0.25";
+    const canvas = document.getElementById("picture");
+    canvas.addEventListener("draw", () => {
+        window.paper = new OffscreenCanvas(canvas.width, canvas.height);
+        paper.getContext("2d").drawImage(canvas, 0, 0);
+    });
+});
 window.set = (id, value) => {
     const control = document.getElementById(id);
     control.value = value;

@@ -38,8 +38,7 @@ class Picture:
 
 def on_page(page):
     """What the canvas shows."""
-    canvas = "document.getElementById('picture')"
-    return of(page.run(f"({TEXELS})({canvas}, {canvas}.width, {canvas}.height)"))
+    return of(page.run(f"({TEXELS})(paper, paper.width, paper.height)"))
 
 
 def in_file(page, url):
