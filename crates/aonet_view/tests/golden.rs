@@ -47,26 +47,24 @@ fn check(name: &str, found: &RgbImage) {
     }
 }
 
-fn rgb(rgba: &[u8]) -> RgbImage {
-    let rgb = rgba.chunks_exact(4).flat_map(|p| [p[0], p[1], p[2]]).collect();
-    RgbImage::from_raw(SIZE.0 as u32, SIZE.1 as u32, rgb).unwrap()
-}
-
 #[test]
 fn pictures_look_as_they_did() {
     let Some(device) = device() else { return };
-    let (scene, view) = demo(SIZE);
-    let mut renderer = renderer(&device, &scene, SIZE);
+    let (tracer, view) = demo(SIZE);
+    let mut renderer = renderer(&device, tracer.scene(), SIZE);
+    renderer.set_tracer(&tracer).unwrap();
     let plain = frame(&view);
     let split = |first, second| Frame { methods: [first, second], split: 0.5, ..plain };
     for (name, frame) in [
         ("shaded", plain),
         ("split", split(Method::Off, Method::Network)),
         ("visibility", Frame { show: Show::Visibility, ..split(Method::Network, Method::Paper) }),
+        ("classic", Frame { show: Show::Visibility, ..split(Method::Gtao, Method::Vbao) }),
+        ("error", Frame { show: Show::Error, samples: 16, ..split(Method::Network, Method::Ssao) }),
         ("normals", Frame { show: Show::Normals, ..plain }),
     ] {
         draw(&device, &mut renderer, &frame);
-        check(name, &rgb(&readback::picture(&renderer).unwrap()));
+        check(name, &readback::image(&renderer).unwrap());
     }
 }
 

@@ -1,9 +1,6 @@
 //! A device, and what every pass makes on it.
 
-use crate::{Error, Result};
 use aonet::net::gpu::wgpu;
-use std::pin::pin;
-use std::task::{Context, Poll, Waker};
 
 /// A device and its queue.
 #[derive(Debug, Clone)]
@@ -161,26 +158,4 @@ pub(super) const UNIFORM: wgpu::BindingType = wgpu::BindingType::Buffer {
 /// Numbers as shaders read them.
 pub(super) fn bytes(values: impl IntoIterator<Item = f32>) -> Vec<u8> {
     values.into_iter().flat_map(f32::to_le_bytes).collect()
-}
-
-/// What `make` makes; an error instead where the device has something against it.
-///
-/// Browsers tell later what they have against it, to the device's own handler.
-pub(super) fn scoped<T>(device: &wgpu::Device, what: &str, make: impl FnOnce() -> Result<T>) -> Result<T> {
-    use wgpu::ErrorFilter::{Internal, OutOfMemory, Validation};
-    if cfg!(target_arch = "wasm32") {
-        return make();
-    }
-    let scopes = [Validation, OutOfMemory, Internal].map(|filter| device.push_error_scope(filter));
-    let made = make();
-    let mut found = None;
-    for scope in scopes.into_iter().rev() {
-        if let Poll::Ready(error) = pin!(scope.pop()).poll(&mut Context::from_waker(Waker::noop())) {
-            found = found.or(error);
-        }
-    }
-    match found {
-        Some(error) => Err(Error::Core(aonet::Error::device(what, "what the device accepts", error))),
-        None => made,
-    }
 }

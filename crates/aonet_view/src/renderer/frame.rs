@@ -70,6 +70,8 @@ pub struct Frame {
     /// Rays a pixel that the reference, where it is seen, grows by. It starts over when camera, radius, size or scene
     /// change.
     pub samples: u32,
+    /// Whether the reference grows though it is not seen.
+    pub traced: bool,
 }
 
 impl Frame {
@@ -84,7 +86,13 @@ impl Frame {
             show: Show::default(),
             // guess: about the time of the network on a card without ray tracing units.
             samples: 2,
+            traced: false,
         }
+    }
+
+    /// Whether it takes the reference.
+    pub fn traces(&self) -> bool {
+        self.seen().contains(&Method::Reference)
     }
 
     /// The same frame after a check of its numbers.
@@ -106,14 +114,14 @@ impl Frame {
         Ok(self)
     }
 
-    /// The methods that are seen, each once.
+    /// The methods that run, each once.
     pub(super) fn seen(&self) -> Vec<Method> {
         let [first, second] = self.methods;
         let mut seen = Vec::new();
         let wanted = [(first, self.split > 0.0), (second, self.split < 1.0)];
-        let reference = (Method::Reference, self.show == Show::Error);
+        let reference = (Method::Reference, self.show == Show::Error || self.traced);
         for (method, is_seen) in wanted.into_iter().chain([reference]) {
-            if is_seen && self.show != Show::Normals && !seen.contains(&method) {
+            if is_seen && (self.show != Show::Normals || self.traced) && !seen.contains(&method) {
                 seen.push(method);
             }
         }

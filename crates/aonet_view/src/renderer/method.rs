@@ -9,6 +9,16 @@ use std::str::FromStr;
 pub enum Method {
     /// No ambient occlusion: visibility 1.
     Off,
+    /// Screen-space ambient occlusion, with its defaults as all classic methods here.
+    Ssao,
+    /// Horizon-based.
+    Hbao,
+    /// Ground-truth.
+    Gtao,
+    /// With a visibility bitmask.
+    Vbao,
+    /// Attenuated GTAO as the network sees it.
+    Agtao,
     /// The shipped network that corrects a horizon search, for any radius.
     #[default]
     Network,
@@ -20,12 +30,27 @@ pub enum Method {
 
 impl Method {
     /// All of them.
-    pub const ALL: [Self; 4] = [Self::Off, Self::Network, Self::Paper, Self::Reference];
+    pub const ALL: [Self; 9] = [
+        Self::Off,
+        Self::Ssao,
+        Self::Hbao,
+        Self::Gtao,
+        Self::Vbao,
+        Self::Agtao,
+        Self::Network,
+        Self::Paper,
+        Self::Reference,
+    ];
 
     /// Its name on a command line.
     pub fn name(self) -> &'static str {
         match self {
             Self::Off => "off",
+            Self::Ssao => "ssao",
+            Self::Hbao => "hbao",
+            Self::Gtao => "gtao",
+            Self::Vbao => "vbao",
+            Self::Agtao => "agtao",
             Self::Network => "network",
             Self::Paper => "paper",
             Self::Reference => "reference",
@@ -36,6 +61,11 @@ impl Method {
     pub fn title(self) -> &'static str {
         match self {
             Self::Off => "no AO",
+            Self::Ssao => "SSAO",
+            Self::Hbao => "HBAO",
+            Self::Gtao => "GTAO",
+            Self::Vbao => "VBAO",
+            Self::Agtao => "attenuated GTAO",
             Self::Network => "network",
             Self::Paper => "network of the paper",
             Self::Reference => "ray-traced reference",

@@ -16,6 +16,7 @@
 //! # Ok::<(), aonet_view::Error>(())
 //! ```
 
+mod converging;
 mod device;
 mod frame;
 mod gbuffer;
@@ -41,10 +42,11 @@ pub use present::Present;
 pub use stopwatch::PassTime;
 
 use crate::Result;
-use aonet::net::gpu::wgpu;
+use aonet::net::gpu::{scoped, wgpu};
 use aonet_offline::Scene;
 use aonet_offline::scene::Bounds;
-use device::{Gpu, scoped};
+use aonet_offline::trace::Tracer;
+use device::Gpu;
 use gbuffer::GbufferPass;
 use occlusion::Occlusion;
 use scene::SceneBuffers;
@@ -78,7 +80,7 @@ impl Renderer {
         let gpu = Gpu { device: device.clone(), queue: queue.clone() };
         targets::check_size(&gpu, size)?;
         let buffers = SceneBuffers::new(&gpu, scene)?;
-        scoped(device, "renderer", || {
+        let renderer = scoped(device, "renderer", || {
             Ok(Self {
                 scene: buffers,
                 targets: Targets::new(&gpu, size),
@@ -88,17 +90,31 @@ impl Renderer {
                 stopwatch: Stopwatch::new(&gpu),
                 gpu: gpu.clone(),
             })
-        })
+        })?;
+        Ok(renderer)
     }
 
-    /// Shows another scene.
+    /// Shows another scene, which has no reference until [`Renderer::set_tracer`] brings it.
     ///
     /// # Errors
     /// When it is too large for the device; the old one stays then.
     pub fn set_scene(&mut self, scene: &Scene) -> Result<()> {
         self.scene = SceneBuffers::new(&self.gpu, scene)?;
-        self.occlusion.restart();
+        self.occlusion.forget_tracer();
         Ok(())
+    }
+
+    /// Uploads the hierarchy of the scene, which [`Method::Reference`] needs.
+    ///
+    /// # Errors
+    /// When it is too large for the device.
+    pub fn set_tracer(&mut self, tracer: &Tracer) -> Result<()> {
+        self.occlusion.set_tracer(tracer)
+    }
+
+    /// Rays a pixel of the reference so far.
+    pub fn samples(&self) -> u32 {
+        self.occlusion.samples()
     }
 
     /// Changes the size of the frames to `size` (width, height) [px].
@@ -122,7 +138,8 @@ impl Renderer {
     /// The frame's numbers are written when the commands are submitted next: one frame a submission.
     ///
     /// # Errors
-    /// When the camera is of another size or out of range, a method cannot run on the device, or memory is short.
+    /// When the camera is of another size or out of range, a method cannot run on the device, the reference has no tracer, or
+    /// memory is short.
     pub fn encode(&mut self, encoder: &mut wgpu::CommandEncoder, frame: &Frame) -> Result<()> {
         let frame = frame.checked(self.size())?;
         self.occlusion.prepare(&self.targets, &frame)?;

@@ -2,9 +2,10 @@
 
 use super::{Method, Renderer};
 use crate::{Error, Result};
-use aonet::net::gpu::wgpu;
+use aonet::net::gpu::{scoped, wgpu};
 use aonet::{AoImage, Camera, GBuffer};
 use half::f16;
+use image::RgbImage;
 
 /// What the G-buffer pass has drawn.
 #[derive(Debug, Clone)]
@@ -21,6 +22,18 @@ pub struct Drawn {
 /// When the device is lost or has no memory for it.
 pub fn picture(renderer: &Renderer) -> Result<Vec<u8>> {
     texels(renderer, renderer.picture())
+}
+
+/// The last frame's picture, without alpha.
+///
+/// # Errors
+/// As [`picture`].
+pub fn image(renderer: &Renderer) -> Result<RgbImage> {
+    let (width, height) = renderer.size();
+    let texels = picture(renderer)?;
+    let rgb = texels.as_chunks().0.iter().flat_map(|[r, g, b, _]| [*r, *g, *b]).collect();
+    let missing = || Error::request("picture", "as many texels as the frame has", texels.len());
+    RgbImage::from_raw(width as u32, height as u32, rgb).ok_or_else(missing)
 }
 
 /// The last frame's G-buffer. `camera` is the one that saw it.
@@ -67,7 +80,7 @@ fn texels(renderer: &Renderer, texture: &wgpu::Texture) -> Result<Vec<u8>> {
     let texel_bytes = texture.format().block_copy_size(None).unwrap_or_default() as usize;
     let row_bytes = texture.width() as usize * texel_bytes;
     let padded = row_bytes.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT as usize);
-    super::device::scoped(&gpu.device, "read back", || {
+    Ok(scoped(&gpu.device, "read back", || {
         let bytes = (padded * texture.height() as usize) as u64;
         let back = gpu.buffer("read back", bytes, wgpu::BufferUsages::MAP_READ);
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
@@ -83,5 +96,5 @@ fn texels(renderer: &Renderer, texture: &wgpu::Texture) -> Result<Vec<u8>> {
         gpu.device.poll(wgpu::PollType::wait_indefinitely()).map_err(|e| lost(e.to_string()))?;
         let mapped = back.get_mapped_range(..).map_err(|e| lost(e.to_string()))?;
         Ok(mapped.chunks_exact(padded).flat_map(|row| &row[..row_bytes]).copied().collect())
-    })
+    })?)
 }

@@ -1,9 +1,9 @@
 //! A scene in the device's memory. Vertex shaders fetch what they need by index, so that every triangle knows its own
 //! normal and colour and no vertex is stored twice.
 
-use super::device::{Gpu, bytes, scoped};
+use super::device::{Gpu, bytes};
 use crate::Result;
-use aonet::net::gpu::wgpu;
+use aonet::net::gpu::{scoped, wgpu};
 use aonet_offline::Scene;
 use aonet_offline::scene::{Bounds, DEFAULT_ALBEDO};
 

@@ -23,10 +23,10 @@ pub(crate) fn device() -> Option<Device> {
 }
 
 /// The room of `aonet demo` in plain colours, small.
-pub(crate) fn demo((width, height): (usize, usize)) -> (Scene, View) {
+pub(crate) fn demo((width, height): (usize, usize)) -> (Tracer, View) {
     let (mut scene, view) = procedural::demo();
     colours::add_plain(&mut scene);
-    (scene, View { width, height, ..view })
+    (Tracer::new(scene), View { width, height, ..view })
 }
 
 /// A scene and a view of it that the dataset could hold.
