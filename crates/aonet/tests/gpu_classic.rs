@@ -20,7 +20,7 @@ fn session(device: &Device, method: &Classic, size: (usize, usize)) -> ClassicSe
 
 /// One frame through a session.
 fn run(device: &Device, session: &ClassicSession, gbuffer: &GBuffer) -> AoImage {
-    let Inputs { normal, depth, frame } = inputs(device, gbuffer);
+    let Inputs { normal, depth, frame } = inputs(device, gbuffer, params());
     let visibility = target(device, session.size(), OPTIONS.output);
     let view = session.view(Textures { normal: &normal, depth: &depth, visibility: &visibility }).unwrap();
     let mut encoder = device.device.create_command_encoder(&Default::default());

@@ -4,7 +4,7 @@ mod common;
 #[path = "common/device.rs"]
 mod device;
 
-use aonet::net::gpu::{Device, Offscreen, Options, Precision, Session, Textures, wgpu};
+use aonet::net::gpu::{Device, Kernels, Offscreen, Options, Precision, Session, Textures, wgpu};
 use aonet::net::{Features, KernelWeights, Model, ModelConfig, Skips, cpu, naive, shipped};
 use aonet::{AoImage, GBuffer};
 use common::{assert_close, frame, max_error, mean_error, model, params, small, spread, waves};
@@ -86,9 +86,12 @@ fn the_papers_weights_give_the_cpus_image() {
     let expected = on_cpu(&model, &gbuffer);
     for (precision, tolerance) in [(Precision::F32, TOLERANCE), (Precision::F16, HALF_TOLERANCE)] {
         let found = run((&device, precision), &model, &gbuffer);
-        eprintln!("paper, {precision:?}: {:e}", max_error(&found, &expected));
+        eprintln!("paper, {precision:?}, {:?}: {:e}", device.matrices, max_error(&found, &expected));
         assert_close(&found, &expected, (tolerance, &format!("{precision:?}")));
     }
+    let without = Device { matrices: None, ..device };
+    let found = run((&without, Precision::F16), &model, &gbuffer);
+    assert_close(&found, &expected, (HALF_TOLERANCE, "no products of matrices"));
 }
 
 fn on_cpu(model: &Model, gbuffer: &GBuffer) -> AoImage {
@@ -96,6 +99,19 @@ fn on_cpu(model: &Model, gbuffer: &GBuffer) -> AoImage {
     let mut image = AoImage::open(width, height).unwrap();
     cpu::Session::new(model, width, height, 1).unwrap().run(gbuffer, params(), &mut image).unwrap();
     image
+}
+
+#[test]
+fn subgroups_give_the_cpus_image_and_are_used_where_they_are() {
+    let Some(device) = device() else { return };
+    let model = Model::from_bytes(shipped::PAPER).unwrap();
+    let gbuffer = frame((130, 70), 3);
+    let options = Options { kernels: Kernels::Subgroups, ..OPTIONS };
+    let session = session(&device, &model, (130, 70), options);
+    let has = device.device.features().contains(wgpu::Features::SUBGROUP);
+    assert_eq!(session.kernels(), if has { Kernels::Subgroups } else { Kernels::Plain });
+    let found = encode(&device, &session, &gbuffer, OPTIONS.output);
+    assert_close(&found, &on_cpu(&model, &gbuffer), (TOLERANCE, "subgroups"));
 }
 
 #[test]
@@ -120,7 +136,7 @@ fn session(device: &Device, model: &Model, size: (usize, usize), options: Option
 
 /// One frame through a session.
 fn encode(device: &Device, session: &Session, gbuffer: &GBuffer, format: wgpu::TextureFormat) -> AoImage {
-    let Inputs { normal, depth, frame } = inputs(device, gbuffer);
+    let Inputs { normal, depth, frame } = inputs(device, gbuffer, params());
     let visibility = target(device, (gbuffer.width(), gbuffer.height()), format);
     let view = session.view(Textures { normal: &normal, depth: &depth, visibility: &visibility }).unwrap();
     let mut encoder = device.device.create_command_encoder(&Default::default());
@@ -169,7 +185,7 @@ fn views_of_one_submission_keep_their_cameras() {
     let session = session(&device, &model, size, OPTIONS);
     let mut encoder = device.device.create_command_encoder(&Default::default());
     let targets = [0, 1].map(|i| {
-        let Inputs { normal, depth, mut frame } = inputs(&device, &gbuffers[i]);
+        let Inputs { normal, depth, mut frame } = inputs(&device, &gbuffers[i], params());
         frame.params.radius *= 1.0 + i as f32;
         let visibility = target(&device, size, OPTIONS.output);
         let view =
@@ -222,8 +238,8 @@ fn wrong_sizes_formats_and_frames_are_errors() {
     assert!(error(new((0, 5)).unwrap_err()).contains("0x5"));
     assert!(error(new((1 << 20, 5)).unwrap_err()).contains("1048576"));
     let session = new((20, 10)).unwrap();
-    let good = inputs(&device, &frame((20, 10), 1));
-    let bad = inputs(&device, &frame((10, 20), 1));
+    let good = inputs(&device, &frame((20, 10), 1), params());
+    let bad = inputs(&device, &frame((10, 20), 1), params());
     let [r32, r8] = [wgpu::TextureFormat::R32Float, wgpu::TextureFormat::R8Unorm];
     let (visibility, wrong) = (target(&device, (20, 10), r32), target(&device, (20, 10), r8));
     let textures = Textures { normal: &good.normal, depth: &good.depth, visibility: &visibility };

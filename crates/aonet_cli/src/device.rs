@@ -1,38 +1,111 @@
-//! `--device`: where a command computes.
+//! Where commands compute.
 
-use anyhow::Result;
+use anyhow::{Result, bail};
+use aonet::net::cpu;
 use aonet_offline::backend::Backend;
 use clap::ValueEnum;
 
-/// What computes.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, ValueEnum)]
-pub(crate) enum DeviceName {
-    /// The cores of this machine.
+/// Where to compute.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum)]
+pub(crate) enum Device {
+    /// The processor, with all --threads.
     #[default]
     Cpu,
-    /// Its fastest graphics processor.
+    /// The fastest graphics processor; needs a Vulkan, Metal or Direct3D 12 driver, and a program built with the feature
+    /// `gpu`.
     Gpu,
 }
 
-impl DeviceName {
+impl Device {
+    /// Its name in facts.
+    pub(crate) fn name(self) -> &'static str {
+        match self {
+            Self::Cpu => "cpu",
+            Self::Gpu => "gpu",
+        }
+    }
+
     /// What traces references.
+    ///
+    /// # Errors
+    /// When there is no such device.
     pub(crate) fn backend(self) -> Result<Backend> {
         match self {
             Self::Cpu => Ok(Backend::Cpu),
-            Self::Gpu => gpu(),
+            #[cfg(feature = "gpu")]
+            Self::Gpu => Ok(Backend::Gpu(Box::new(gpu()?))),
+            #[cfg(not(feature = "gpu"))]
+            Self::Gpu => absent(),
         }
     }
 }
 
-#[cfg(feature = "gpu")]
-fn gpu() -> Result<Backend> {
-    use anyhow::Context;
-    let device = aonet::net::gpu::Device::wait_for().context("--device gpu")?;
-    log::debug!("{}: {}", device.adapter.name, device.adapter.driver_info);
-    Ok(Backend::Gpu(device))
+/// Numbers to multiply.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub(crate) enum Precision {
+    /// 32-bit floats, on every device.
+    F32,
+    /// GPU: 16-bit floats, where it has them and the network takes no lengths in world units; else f32, said on stderr. Long
+    /// sums and the horizon search stay in 32 bits.
+    F16,
+    /// CPU: AVX-512 BF16.
+    Bf16,
+    /// CPU: AVX-512 VNNI, and a network from `aonet calibrate` or a shipped one.
+    Int8,
 }
 
+impl Precision {
+    /// The same on the CPU.
+    ///
+    /// # Errors
+    /// When the CPU has no such numbers.
+    pub(crate) fn cpu(self) -> Result<cpu::Precision> {
+        Ok(match self {
+            Self::F32 => cpu::Precision::F32,
+            Self::Bf16 => cpu::Precision::Bf16,
+            Self::Int8 => cpu::Precision::Int8,
+            Self::F16 => bail!("--precision f16 needs --device gpu; the CPU has f32, bf16 and int8"),
+        })
+    }
+
+    /// The same on graphics processors.
+    ///
+    /// # Errors
+    /// When they have no such numbers.
+    #[cfg(feature = "gpu")]
+    pub(crate) fn gpu(self) -> Result<aonet::net::gpu::Precision> {
+        Ok(match self {
+            Self::F32 => aonet::net::gpu::Precision::F32,
+            Self::F16 => aonet::net::gpu::Precision::F16,
+            Self::Bf16 | Self::Int8 => {
+                bail!("--precision bf16 and int8 need --device cpu; a GPU has f32 and f16")
+            }
+        })
+    }
+}
+
+/// The fastest graphics processor.
+#[cfg(feature = "gpu")]
+pub(crate) fn gpu() -> Result<aonet::net::gpu::Device> {
+    use anyhow::Context;
+    aonet::net::gpu::Device::wait_for().context(
+        "--device gpu needs a Vulkan, Metal or Direct3D 12 driver, such as Debian's mesa-vulkan-drivers, which computes on \
+         the CPU where there is no GPU; --device cpu needs none",
+    )
+}
+
+/// Says on stderr which device computes, and with which numbers.
+#[cfg(feature = "gpu")]
+pub(crate) fn announce(device: &aonet::net::gpu::Device, precision: aonet::net::gpu::Precision) {
+    crate::output::note(&format!("{}, {precision}", device.adapter.name));
+}
+
+/// # Errors
+/// Always: this build has no runtime for graphics processors.
 #[cfg(not(feature = "gpu"))]
-fn gpu() -> Result<Backend> {
-    anyhow::bail!("--device gpu: this program was built without the feature gpu (cargo build --features gpu)")
+pub(crate) fn absent<T>() -> Result<T> {
+    bail!(
+        "--device gpu: this program was built without it; build it with `cargo build --release --features gpu`, or use \
+         --device cpu"
+    )
 }

@@ -1,5 +1,6 @@
 //! A G-buffer, its camera and radius, and the AO made from it: what `infer` and `classic` share.
 
+use crate::device::Device;
 use crate::output;
 use anyhow::{Context, Result};
 use aonet::{AoImage, AoParams};
@@ -66,12 +67,12 @@ impl FrameArgs {
         self.json
     }
 
-    /// Writes the AO and says how it was made: by `method`, since `start`.
+    /// Writes the AO and says how it was made: by `method` on `device`, since `start`.
     pub(crate) fn finish(
         &self,
         image: &AoImage,
         start: Instant,
-        (method, params): (&str, AoParams),
+        (method, device, params): (&str, Device, AoParams),
     ) -> Result<()> {
         let ms = start.elapsed().as_secs_f64() * 1e3;
         save_ao(&self.output, image)?;
@@ -79,7 +80,7 @@ impl FrameArgs {
         if self.json {
             return output::json(&json!({
                 "ao": self.output, "width": width, "height": height, "radius": radius, "ms": ms,
-                "device": "cpu", "method": method, "peak_mib": timing::peak_mib(),
+                "device": device.name(), "method": method, "peak_mib": timing::peak_mib(),
             }));
         }
         output::note(&format!("{width}x{height}, radius {radius}, {ms:.1} ms"));

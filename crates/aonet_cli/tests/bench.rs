@@ -59,7 +59,8 @@ fn a_configuration_is_a_network() {
         ("bench --config none.json", "none.json"),
         ("export --config training.json alone.json --onnx x.onnx", "cannot be used with"),
         ("bench --methods some", "all"),
-        ("bench --precision f8", "f32, bf16 or int8"),
+        ("bench --precision f8", "f32, f16, bf16, int8"),
+        ("bench --precision f16", "--device gpu"),
         ("bench --ops --classic ssao", "cannot be used with"),
     ] {
         let output = run(dir, line);

@@ -375,3 +375,15 @@ fn help_and_completions_are_complete() {
         assert!(desk.ok(&format!("completions {shell}")).contains("aonet"));
     }
 }
+
+#[cfg(not(feature = "gpu"))]
+#[test]
+fn a_program_without_the_gpu_runtime_says_how_to_get_it() {
+    let desk = Desk::new();
+    desk.ok(&format!("render {SCENE} --view view.json -o frame.exr"));
+    for line in ["infer frame.exr -o ao.exr", "classic gtao frame.exr -o ao.exr", "bench"] {
+        let said = desk.fails(&format!("{line} --device gpu"));
+        assert!(said.contains("--features gpu") && said.contains("--device cpu"), "{line}: {said}");
+    }
+    assert!(desk.fails("infer frame.exr -o ao.exr --precision f16").contains("--device gpu"));
+}

@@ -2,8 +2,10 @@
 //! `AONET_REQUIRE_GPU=1` it fails.
 #![allow(dead_code, reason = "each test program uses some of it")]
 
-use aonet::net::gpu::{DepthEncoding, Device, Frame, NormalEncoding, NormalSpace, Options, Precision, wgpu};
-use aonet::{AoImage, GBuffer};
+use aonet::net::gpu::{
+    DepthEncoding, Device, Frame, Kernels, NormalEncoding, NormalSpace, Options, Precision, wgpu,
+};
+use aonet::{AoImage, AoParams, GBuffer};
 
 /// A device, or none, said so.
 pub(crate) fn device() -> Option<Device> {
@@ -24,7 +26,7 @@ pub(crate) struct Inputs {
     pub(crate) frame: Frame,
 }
 
-pub(crate) fn inputs(device: &Device, gbuffer: &GBuffer) -> Inputs {
+pub(crate) fn inputs(device: &Device, gbuffer: &GBuffer, params: AoParams) -> Inputs {
     let size = (gbuffer.width(), gbuffer.height());
     let texels = gbuffer.normal().iter().flat_map(|n| [n[0], n[1], n[2], 0.0]);
     let normals: Vec<_> = texels.flat_map(f32::to_le_bytes).collect();
@@ -32,13 +34,14 @@ pub(crate) fn inputs(device: &Device, gbuffer: &GBuffer) -> Inputs {
     Inputs {
         normal: filled(device, size, wgpu::TextureFormat::Rgba32Float, &normals),
         depth: filled(device, size, wgpu::TextureFormat::R32Float, &depths),
-        frame: Frame { camera: *gbuffer.camera(), far: f32::INFINITY, params: crate::common::params() },
+        frame: Frame { camera: *gbuffer.camera(), far: f32::INFINITY, params },
     }
 }
 
 /// Of a session for them, in 32-bit floats from end to end.
 pub(crate) const OPTIONS: Options = Options {
     precision: Precision::F32,
+    kernels: Kernels::Plain,
     normals: NormalEncoding::Plain,
     normal_space: NormalSpace::View,
     depth: DepthEncoding::Linear,

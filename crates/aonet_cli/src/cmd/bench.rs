@@ -1,12 +1,15 @@
 //! `aonet bench`: run-time of networks and of classic methods on this machine.
 
+#[cfg(feature = "gpu")]
+mod gpu;
 mod ops;
 mod subject;
 mod table;
 
+use crate::device::{Device, Precision};
 use crate::{output, setup};
 use anyhow::Result;
-use aonet::net::cpu::{Level, Options, Precision};
+use aonet::net::cpu::{self, Level, Options};
 use aonet_offline::timing;
 use clap::Parser;
 use std::path::PathBuf;
@@ -14,19 +17,23 @@ use std::path::PathBuf;
 /// Sizes of the paper's Table 2, and of common screens.
 const SIZES: [(usize, usize); 5] = [(540, 540), (1280, 720), (2048, 1024), (1920, 1080), (3840, 2160)];
 
-/// Time methods on the CPU: features, network and clamping of a frame whose buffers are in memory.
+/// Time methods: features, network and clamping of a frame whose buffers are in memory, or whose textures are on the device.
 ///
 /// `first` is what a program waits for its first image once a model is in memory: the session is made and run once. `GFLOP`
 /// counts multiplications and additions of direct convolutions, at the size that the network pads to. `peak` is the most
 /// memory that the process held while the row was measured, frame and parameters included. With --ops: every step of the
 /// networks instead, beside what its multiplications and its memory traffic take at the peak rates of this machine, which are
 /// measured as well.
+///
+/// With --device gpu: the shipped networks and the classic methods unless others are named, times of the device's own clock,
+/// and an estimate for a common one.
 #[derive(Debug, Parser)]
 #[command(after_help = "Examples:
   aonet bench --threads 1 --threads 2 --size 1920x1080
   aonet bench --methods all
   aonet bench --config configs/models/speed.json --ops --size 1280x720
-  aonet bench --classic all --size 1280x720")]
+  aonet bench --classic all --size 1280x720
+  aonet bench --device gpu --peak-tflops 12.7 --bandwidth 360")]
 pub(crate) struct Args {
     /// Network; may be repeated [default: the shipped one that serves any radius].
     #[arg(long, value_name = "M.safetensors")]
@@ -40,25 +47,32 @@ pub(crate) struct Args {
     /// `all`: every classic method, and of the networks that come with the project every one that takes a time of its own.
     #[arg(long, value_parser = ["all"])]
     methods: Option<String>,
-    /// Image size; may be repeated [default: the paper's 540x540, 1280x720, 2048x1024, and 1920x1080, 3840x2160].
+    /// Image size; may be repeated [default: 1280x720, 1920x1080, 3840x2160; on the CPU the paper's 540x540 and 2048x1024 as
+    /// well].
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     size: Vec<(usize, usize)>,
     /// Threads; may be repeated [default: 1 and all cores].
     #[arg(long)]
     threads: Vec<usize>,
-    /// Numbers that networks multiply, f32, bf16 or int8; may be repeated. A network that is not calibrated is, on the timed
-    /// frame: for times only [default: f32].
-    #[arg(long)]
+    /// Numbers that networks multiply; may be repeated. A network that is not calibrated for int8 is, on the timed frame: for
+    /// times only [default: f32; on a GPU f32 and f16].
+    #[arg(long, value_enum)]
     precision: Vec<Precision>,
-    /// Counted runs, after the first.
-    #[arg(long, default_value_t = 15)]
-    runs: usize,
-    /// Every step of the networks beside its floor.
+    /// Counted runs, after the first [default: 15; on a GPU 50].
+    #[arg(long)]
+    runs: Option<usize>,
+    /// Every step beside its floor.
     #[arg(long, conflicts_with = "classic")]
     ops: bool,
     /// Print JSON.
     #[arg(long)]
     json: bool,
+    /// Where to compute.
+    #[arg(long, value_enum, default_value_t)]
+    device: Device,
+    #[cfg(feature = "gpu")]
+    #[command(flatten)]
+    gpu: gpu::Flags,
 }
 
 /// A size [px] from `WxH`.
@@ -72,10 +86,13 @@ pub(crate) fn parse_size(text: &str) -> Result<(usize, usize)> {
 
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<()> {
-    let subjects = subject::collect(args)?;
-    match args.ops {
-        true => ops::run(args, &subjects),
-        false => table::run(args, &subjects),
+    match (args.device, args.ops) {
+        #[cfg(feature = "gpu")]
+        (Device::Gpu, _) => gpu::run(args),
+        #[cfg(not(feature = "gpu"))]
+        (Device::Gpu, _) => crate::device::absent(),
+        (Device::Cpu, true) => ops::run(args, &subject::collect(args)?),
+        (Device::Cpu, false) => table::run(args, &subject::collect(args)?),
     }
 }
 
@@ -94,17 +111,26 @@ impl Args {
         threads
     }
 
-    fn precisions(&self) -> Vec<Precision> {
-        if self.precision.is_empty() { vec![Precision::F32] } else { self.precision.clone() }
+    /// Of the CPU.
+    fn precisions(&self) -> Result<Vec<cpu::Precision>> {
+        match self.precision.is_empty() {
+            true => Ok(vec![cpu::Precision::F32]),
+            false => self.precision.iter().map(|precision| precision.cpu()).collect(),
+        }
+    }
+
+    /// On the CPU.
+    fn runs(&self) -> usize {
+        self.runs.unwrap_or(15).max(1)
     }
 
     /// Every precision with every number of threads.
-    fn options(&self) -> Vec<Options> {
+    fn options(&self) -> Result<Vec<Options>> {
         let options = |precision| {
             let with_threads = move |threads| Options { threads, precision, ..Options::default() };
             self.threads().into_iter().map(with_threads)
         };
-        self.precisions().into_iter().flat_map(options).collect()
+        Ok(self.precisions()?.into_iter().flat_map(options).collect())
     }
 }
 

@@ -1,10 +1,12 @@
 //! `aonet classic`: AO from a G-buffer by a method without a network.
 
+use crate::device::Device;
 use crate::frame_args::FrameArgs;
 use crate::output::{Style, table};
 use crate::setup;
 use anyhow::{Context, Result};
 use aonet::classic::{Classic, KnobValue};
+use aonet::{AoImage, AoParams, GBuffer};
 use aonet_offline::frame::Frame;
 use clap::Parser;
 use std::path::PathBuf;
@@ -27,6 +29,9 @@ pub(crate) struct Args {
     /// One parameter; may be repeated, and comes after --preset. --help lists them all.
     #[arg(long, value_name = "NAME=VALUE", value_parser = assignment)]
     set: Vec<(String, f32)>,
+    /// Where to compute; a GPU has all methods but nnao.
+    #[arg(long, value_enum, default_value_t)]
+    device: Device,
 }
 
 const EXAMPLES: &str = "Examples:
@@ -53,10 +58,35 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     let method = method(args)?;
     // Methods take memory of their own: what they do not look at is dropped here.
     let (Frame { gbuffer, .. }, params) = args.frame.load(None)?;
-    let pool = setup::pool(args.frame.threads)?;
+    let (image, start) = match args.device {
+        Device::Cpu => {
+            let pool = setup::pool(args.frame.threads)?;
+            let start = Instant::now();
+            (pool.install(|| method.run(&gbuffer, params))?, start)
+        }
+        Device::Gpu => on_gpu(&method, (&gbuffer, params))?,
+    };
+    args.frame.finish(&image, start, (method.name(), args.device, params))
+}
+
+/// Runs the method; says on stderr on which device.
+#[cfg(feature = "gpu")]
+fn on_gpu(method: &Classic, (gbuffer, params): (&GBuffer, AoParams)) -> Result<(AoImage, Instant)> {
+    let device = crate::device::gpu()?;
+    let (width, height) = (gbuffer.width(), gbuffer.height());
+    let mut image = AoImage::open(width, height)?;
+    let mut session = aonet::net::gpu::Offscreen::classic(&device, method, (width, height))?;
+    crate::device::announce(&device, session.precision());
     let start = Instant::now();
-    let image = pool.install(|| method.run(&gbuffer, params))?;
-    args.frame.finish(&image, start, (method.name(), params))
+    session.run(gbuffer, params, &mut image)?;
+    Ok((image, start))
+}
+
+/// # Errors
+/// Always: this build has no runtime for graphics processors.
+#[cfg(not(feature = "gpu"))]
+fn on_gpu(_: &Classic, _: (&GBuffer, AoParams)) -> Result<(AoImage, Instant)> {
+    crate::device::absent()
 }
 
 fn method(args: &Args) -> Result<Classic> {

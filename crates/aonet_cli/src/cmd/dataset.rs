@@ -5,7 +5,7 @@ mod make;
 mod progress;
 mod sheet;
 
-use crate::device::DeviceName;
+use crate::device::Device;
 use crate::output;
 use anyhow::Result;
 use aonet_offline::dataset::{self, Manifest, Shard};
@@ -122,7 +122,7 @@ pub(super) struct Make {
     shard: Option<Shard>,
     /// Where rays are traced. Frames of different devices differ by rounding only and go together.
     #[arg(long, value_enum, default_value_t)]
-    device: DeviceName,
+    device: Device,
     /// Draw a contact sheet at the end.
     #[arg(long, value_name = "FILE.png")]
     contact_sheet: Option<PathBuf>,

@@ -1,10 +1,11 @@
 //! `aonet infer`: AO from a G-buffer by a network.
 
+use crate::device::{Device, Precision};
 use crate::frame_args::FrameArgs;
 use crate::setup;
 use anyhow::Result;
-use aonet::net::cpu::{Options, Precision, Session};
-use aonet::{AoImage, AoParams};
+use aonet::net::{Model, cpu};
+use aonet::{AoImage, AoParams, GBuffer};
 use aonet_offline::frame::Frame;
 use clap::Parser;
 use std::path::PathBuf;
@@ -18,21 +19,24 @@ use std::time::Instant;
 #[command(after_help = "Examples:
   aonet infer frame.exr -o ao.png
   aonet infer engine.exr -o ao.exr --fov-y 60 --radius 0.5
-  aonet infer blender.exr -o ao.exr --view camera.json")]
+  aonet infer blender.exr -o ao.exr --view camera.json
+  aonet infer frame.exr -o ao.exr --device gpu --precision f32")]
 pub(crate) struct Args {
     #[command(flatten)]
     frame: FrameArgs,
     /// Network; the shipped one that serves any radius if absent.
     #[arg(long, value_name = "M.safetensors")]
     model: Option<PathBuf>,
-    /// Numbers to multiply: f32, bf16 (AVX-512 BF16) or int8 (AVX-512 VNNI, and a network from `aonet calibrate` or a
-    /// shipped one) [default: bf16 where the machine has it, else f32].
-    #[arg(long)]
+    /// Numbers to multiply [default: on the CPU bf16 where the machine has it, on a GPU f16, else f32].
+    #[arg(long, value_enum)]
     precision: Option<Precision>,
     /// Where to compute.
-    #[arg(long, default_value = "cpu", value_parser = ["cpu"])]
-    device: String,
+    #[arg(long, value_enum, default_value_t)]
+    device: Device,
 }
+
+/// An image and when the device began with it.
+type Timed = (AoImage, Instant);
 
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<()> {
@@ -41,16 +45,47 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     let fallback = (!model.config().features.sees_radius()).then_some(AoParams { radius: 1.0 });
     // Methods take memory of their own: what they do not look at is dropped here.
     let (Frame { gbuffer, .. }, params) = args.frame.load(fallback)?;
+    let (image, start) = match args.device {
+        Device::Cpu => on_cpu(args, &model, (&gbuffer, params))?,
+        Device::Gpu => on_gpu(args.precision, &model, (&gbuffer, params))?,
+    };
+    args.frame.finish(&image, start, ("network", args.device, params))
+}
+
+fn on_cpu(args: &Args, model: &Model, (gbuffer, params): (&GBuffer, AoParams)) -> Result<Timed> {
+    let precision = args.precision.map_or_else(|| Ok(cpu::Precision::fastest()), Precision::cpu)?;
     let (width, height) = (gbuffer.width(), gbuffer.height());
     let mut image = AoImage::open(width, height)?;
-    let threads = setup::threads(args.frame.threads);
-    let options = Options {
-        threads,
-        precision: args.precision.unwrap_or_else(Precision::fastest),
-        ..Options::default()
-    };
-    let mut session = Session::with_options(&model, (width, height), options)?;
+    let options =
+        cpu::Options { threads: setup::threads(args.frame.threads), precision, ..cpu::Options::default() };
+    let mut session = cpu::Session::with_options(model, (width, height), options)?;
     let start = Instant::now();
-    session.run(&gbuffer, params, &mut image)?;
-    args.frame.finish(&image, start, ("network", params))
+    session.run(gbuffer, params, &mut image)?;
+    Ok((image, start))
+}
+
+/// Runs the network; says on stderr on which device and with which numbers.
+#[cfg(feature = "gpu")]
+fn on_gpu(
+    precision: Option<Precision>,
+    model: &Model,
+    (gbuffer, params): (&GBuffer, AoParams),
+) -> Result<Timed> {
+    use aonet::net::gpu;
+    let precision = precision.map_or(Ok(gpu::Precision::F16), Precision::gpu)?;
+    let device = crate::device::gpu()?;
+    let (width, height) = (gbuffer.width(), gbuffer.height());
+    let mut image = AoImage::open(width, height)?;
+    let mut session = gpu::Offscreen::new(&device, model, (width, height), precision)?;
+    crate::device::announce(&device, session.precision());
+    let start = Instant::now();
+    session.run(gbuffer, params, &mut image)?;
+    Ok((image, start))
+}
+
+/// # Errors
+/// Always: this build has no runtime for graphics processors.
+#[cfg(not(feature = "gpu"))]
+fn on_gpu(_: Option<Precision>, _: &Model, _: (&GBuffer, AoParams)) -> Result<Timed> {
+    crate::device::absent()
 }

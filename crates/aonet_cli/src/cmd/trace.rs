@@ -1,6 +1,6 @@
 //! `aonet trace`: a G-buffer with ray-traced AO from a scene.
 
-use crate::device::DeviceName;
+use crate::device::Device;
 use crate::output;
 use crate::setup::{self, SceneArgs};
 use anyhow::Result;
@@ -31,7 +31,7 @@ pub(crate) struct Args {
     seed: u64,
     /// Where rays are traced.
     #[arg(long, value_enum, default_value_t)]
-    device: DeviceName,
+    device: Device,
     /// Also draw the AO.
     #[arg(long, value_name = "FILE.png")]
     png: Option<PathBuf>,

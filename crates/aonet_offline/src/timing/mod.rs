@@ -2,6 +2,8 @@
 //!
 //! What is timed is a frame whose buffers are in memory: features, network and clamping.
 
+#[cfg(feature = "gpu")]
+pub mod gpu;
 mod memory;
 mod ops;
 mod peaks;

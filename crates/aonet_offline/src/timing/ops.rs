@@ -53,7 +53,7 @@ pub fn time_ops(model: &Model, size: (usize, usize), options: Options, runs: usi
     Ok(plan.steps.iter().zip(times).map(with_time).collect())
 }
 
-fn cost(of: (&Model, &Plan), step: &Step) -> OpCost {
+pub(super) fn cost(of: (&Model, &Plan), step: &Step) -> OpCost {
     let (model, plan) = of;
     let (width, height) = plan.size;
     let pixels = width * height;

@@ -102,7 +102,7 @@ fn the_limits_of_webgpu_are_enough_and_smaller_ones_are_named() {
     let (tracer, view, surface) = stage((33, 18));
     let (params, sampling) = (view.params().unwrap(), Sampling { spp: 16, seed: 1 });
     let (device, queue) = limited(wgpu::Limits::defaults());
-    let plain = Device { adapter, device, queue };
+    let plain = Device { adapter, device, queue, matrices: None };
     let mut gpu = Offscreen::new(&plain, &tracer).unwrap();
     let gpu = gpu.reference_ao(&surface, params, sampling, &|_| ()).unwrap();
     let cpu = reference_ao(&tracer, &surface, params, sampling, &|_| ()).unwrap();

@@ -7,7 +7,7 @@ use super::features::Extras;
 use super::hemisphere::{self, Sample};
 use super::image::{Image, Raw};
 use super::network::check_limits;
-use super::options::{Frame, Options, Precision};
+use super::options::{Frame, Kernels, Options, Precision};
 use super::pass::{Binding, Compiler, Pass, Recipe};
 use super::pyramid::Pyramid;
 use super::shader::Shader;
@@ -35,7 +35,7 @@ struct Sized {
 }
 
 impl ClassicSession {
-    /// A session for frames of `size` (width, height) [px]. The precision of the options does not matter.
+    /// A session for frames of `size` (width, height) [px]. Precision and kernels of the options do not matter.
     ///
     /// # Errors
     /// When the method is NNAO or a parameter is out of its range, when a side is 0 or too large for the device, or the
@@ -48,8 +48,8 @@ impl ClassicSession {
     ) -> Result<Self> {
         let method = method.checked()?;
         check_limits(&device.limits())?;
-        let precision = Precision::F32;
-        let context = Context { device: device.clone(), queue: queue.clone(), precision };
+        let (precision, kernels) = (Precision::F32, Kernels::Plain);
+        let context = Context { device: device.clone(), queue: queue.clone(), precision, kernels };
         let compiler = Compiler::new(device, view::layout(device));
         let sized = Sized::new((&context, &options), &compiler, &method, size)?;
         Ok(Self { context, options, compiler, method, sized })

@@ -1,15 +1,16 @@
 //! Buffers on a device.
 
-use super::options::Precision;
+use super::options::{Kernels, Precision};
 use crate::error::{Error, Result};
 use half::f16;
 
-/// A device and the numbers it computes with.
+/// A device, and the numbers and instructions it computes with.
 #[derive(Debug, Clone)]
 pub(super) struct Context {
     pub(super) device: wgpu::Device,
     pub(super) queue: wgpu::Queue,
     pub(super) precision: Precision,
+    pub(super) kernels: Kernels,
 }
 
 impl Context {

@@ -2,7 +2,7 @@
 
 use super::context::Context;
 use super::memory::{BLOCK, Memory, blocks};
-use super::options::Precision;
+use super::options::{Kernels, Precision};
 use super::pass::{Binding, Compiler, Pass, Recipe};
 use super::shader::Shader;
 use crate::error::Result;
@@ -29,6 +29,7 @@ pub(super) struct Conv {
     sources: Vec<Source>,
     output: BufferId,
     kind: Kind,
+    /// Workgroups that share out the outputs.
     tiles: usize,
     weights: wgpu::Buffer,
     bias: wgpu::Buffer,
@@ -41,8 +42,8 @@ pub(super) struct Kind {
     /// Side of the filter.
     pub(super) size: usize,
     pub(super) activation: Activation,
-    /// Groups of eight outputs of a workgroup.
-    pub(super) groups: usize,
+    /// Outputs of a workgroup.
+    pub(super) tile: usize,
 }
 
 impl Conv {
@@ -60,32 +61,41 @@ impl Conv {
             Activation,
         ),
     ) -> Result<Self> {
-        let outputs = plan.buffers[output].channels.div_ceil(OUTPUTS);
-        let tiles = outputs.div_ceil(MAX_GROUPS);
+        let outputs = plan.buffers[output].channels;
         let filters = Filters {
             sources: sources.iter().map(|s| plan.buffers[s.buffer].channels).collect(),
-            outputs: plan.buffers[output].channels,
+            outputs,
             taps: size * size,
             groups,
-            tile: outputs.div_ceil(tiles) * OUTPUTS,
         };
         let weight = &weights.get(&format!("{name}.weight")).values;
         let mut bias = weights.get(&format!("{name}.bias")).values.clone();
-        bias.resize(tiles * filters.tile, 0.0);
+        let tile = Self::tile(context, outputs);
+        let tiles = outputs.div_ceil(tile);
+        bias.resize(tiles * tile, 0.0);
+        let packed = match context.kernels {
+            Kernels::Matrices(matrices) => filters.as_matrices(weight, matrices, tile),
+            Kernels::Plain | Kernels::Subgroups => filters.packed(weight, tile),
+        };
         Ok(Self {
             name: name.to_owned(),
             sources: sources.to_vec(),
             output,
-            kind: Kind {
-                sources: sources.iter().map(|s| s.resample).collect(),
-                size,
-                activation,
-                groups: filters.tile / OUTPUTS,
-            },
+            kind: Kind { sources: sources.iter().map(|s| s.resample).collect(), size, activation, tile },
             tiles,
-            weights: context.reals(name, &filters.packed(weight, tiles))?,
+            weights: context.reals(name, &packed)?,
             bias: context.floats(name, &bias)?,
         })
+    }
+
+    /// Outputs of a workgroup: the same for all, as few as that takes.
+    fn tile(context: &Context, outputs: usize) -> usize {
+        let (unit, most) = match context.kernels {
+            Kernels::Matrices(matrices) => (matrices.side, matrices.max_tiles()),
+            Kernels::Plain | Kernels::Subgroups => (OUTPUTS, MAX_GROUPS),
+        };
+        let units = outputs.div_ceil(unit);
+        units.div_ceil(units.div_ceil(most)) * unit
     }
 
     /// The dispatch for a plan.
@@ -94,7 +104,12 @@ impl Conv {
     /// Never for what [`Plan`] makes.
     pub(super) fn pass(&self, context: &Context, compiler: &Compiler, at: (&Plan, &Memory)) -> Result<Pass> {
         let output = &at.0.buffers[self.output];
-        self.pass_of_rows(context, compiler, at, rows((output.width, output.height), self.tiles))
+        let cells = (output.width, output.height);
+        let rows = match context.kernels {
+            Kernels::Matrices(matrices) => matrices.rows(cells, self.tiles),
+            Kernels::Plain | Kernels::Subgroups => rows(cells, self.tiles),
+        };
+        self.pass_of_rows(context, compiler, at, rows)
     }
 
     /// The same with so many rows an invocation.
@@ -121,28 +136,44 @@ impl Conv {
             Binding::Write(memory.of(self.output)),
         ];
         bindings.extend(self.sources.iter().map(|s| Binding::Read(memory.of(s.buffer))));
-        let recipe = Recipe {
-            label: &self.name,
-            shader: self.kind.shader(context.precision, rows),
-            sees_frame: false,
+        let cells = (output.width, output.height);
+        let (shader, workgroups) = match context.kernels {
+            Kernels::Matrices(matrices) => {
+                (self.kind.matrix_shader(matrices, rows), matrices.workgroups(cells, rows, self.tiles))
+            }
+            kernels @ (Kernels::Plain | Kernels::Subgroups) => {
+                let shader = self.kind.shader((context.precision, kernels), rows);
+                (shader, workgroups(cells, rows, self.tiles))
+            }
         };
-        let workgroups = workgroups((output.width, output.height), rows, self.tiles);
+        let recipe = Recipe { label: &self.name, shader, sees_frame: false };
         Ok(Pass::new(compiler, &recipe, &bindings, workgroups))
     }
 }
 
 impl Kind {
     /// The shader for so many rows an invocation.
-    pub(super) fn shader(&self, precision: Precision, rows: usize) -> Shader {
-        let mut shader = Shader::new(precision)
-            .number("SIZE", self.size)
+    pub(super) fn shader(&self, (precision, kernels): (Precision, Kernels), rows: usize) -> Shader {
+        let begin = Shader::new(precision)
+            .with_kernels(kernels)
             .number("ROWS", rows)
-            .number("GROUPS", self.groups)
+            .number("GROUPS", self.tile / OUTPUTS);
+        self.around(begin, include_str!("conv.wgsl")).part(match kernels {
+            Kernels::Subgroups => include_str!("filters_subgroup.wgsl"),
+            Kernels::Plain | Kernels::Matrices(_) => include_str!("filters.wgsl"),
+        })
+    }
+
+    /// A shader of the convolution: constants, `main`, and how it reads its sources.
+    pub(super) fn around(&self, begin: Shader, main: &str) -> Shader {
+        let mut shader = begin
+            .number("SIZE", self.size)
             .number("SOURCES", self.sources.len())
             .number("FIRST_SOURCE", FIRST_SOURCE)
             .flag("LEAKY", self.activation == Activation::LeakyRelu)
             .float("LEAKY_SLOPE", LEAKY_SLOPE)
-            .part(include_str!("conv.wgsl"));
+            .part(include_str!("conv_buffers.wgsl"))
+            .part(main);
         let mut read = String::from("fn fetch(block: u32, cell: vec2<i32>) -> vec4<f32> {\n");
         for (i, resample) in self.sources.iter().enumerate() {
             let (pool, upsample) = match resample {
@@ -177,36 +208,47 @@ pub(super) fn workgroups((width, height): (usize, usize), rows: usize, tiles: us
 }
 
 /// The shape of a convolution's weights.
-struct Filters {
+pub(super) struct Filters {
     /// Channels of each source.
     sources: Vec<usize>,
-    outputs: usize,
-    taps: usize,
+    pub(super) outputs: usize,
+    pub(super) taps: usize,
     /// Of the convolution: channels of other groups get filters of zeros.
     groups: usize,
-    /// Outputs of a workgroup.
-    tile: usize,
 }
 
 impl Filters {
     /// By tile of outputs, block of inputs, tap, input of the block, output of the tile. Sources begin with a block.
-    fn packed(&self, weight: &[f32], tiles: usize) -> Vec<f32> {
+    fn packed(&self, weight: &[f32], tile: usize) -> Vec<f32> {
+        let in_blocks = self.blocks();
+        let mut packed = vec![0.0; self.outputs.div_ceil(tile) * in_blocks * BLOCK * self.taps * tile];
+        self.place(weight, |value, tap, [input, output]| {
+            let block = output / tile * in_blocks + input / BLOCK;
+            let line = (block * self.taps + tap) * BLOCK + input % BLOCK;
+            packed[line * tile + output % tile] = value;
+        });
+        packed
+    }
+
+    /// Blocks of inputs.
+    pub(super) fn blocks(&self) -> usize {
+        self.sources.iter().map(|channels| blocks(*channels)).sum()
+    }
+
+    /// Calls `put` with every weight, its tap, its input among the blocks of the sources, and its output.
+    pub(super) fn place(&self, weight: &[f32], mut put: impl FnMut(f32, usize, [usize; 2])) {
         let mut place = Vec::new();
         let mut in_blocks = 0;
         for channels in &self.sources {
             place.extend((0..*channels).map(|c| in_blocks * BLOCK + c));
             in_blocks += blocks(*channels);
         }
-        let mut packed = vec![0.0; tiles * in_blocks * BLOCK * self.taps * self.tile];
         let inputs = place.len() / self.groups;
         for (i, value) in weight.iter().enumerate() {
             let (tap, i) = (i % self.taps, i / self.taps);
             let (input, output) = (i % inputs, i / inputs);
             let input = place[output / (self.outputs / self.groups) * inputs + input];
-            let block = output / self.tile * in_blocks + input / BLOCK;
-            let line = (block * self.taps + tap) * BLOCK + input % BLOCK;
-            packed[line * self.tile + output % self.tile] = *value;
+            put(*value, tap, [input, output]);
         }
-        packed
     }
 }

@@ -2,24 +2,7 @@
 //
 // A workgroup computes 16 columns and 2 * ROWS rows of cells, GROUPS * 8 output channels. An invocation computes ROWS
 // cells of a column, 8 channels; all of a GROUP read the same filters at the same time. Four input channels at a time
-// go through workgroup memory: one block of cells with their border, and their filters.
-
-struct Conv {
-    /// Cells of the output.
-    size: vec2<u32>,
-    /// Of four channels, of the input.
-    blocks: u32,
-    /// Of four channels, of the output.
-    out_blocks: u32,
-    /// Of each source: width, height, and the first of its blocks.
-    sources: array<vec4<u32>, SOURCES>,
-}
-
-@group(0) @binding(0) var<uniform> conv: Conv;
-/// By tile of outputs, block of inputs, tap, input of the block, block of outputs of the tile.
-@group(0) @binding(1) var<storage, read> weights: array<real4>;
-@group(0) @binding(2) var<storage, read> bias: array<vec4<f32>>;
-@group(0) @binding(3) var<storage, read_write> output: array<real4>;
+// go through workgroup memory: one block of cells with their border, and, without subgroups, their filters.
 
 const BORDER: u32 = SIZE / 2u;
 const COLUMNS: u32 = 16u;
@@ -28,23 +11,46 @@ const TILE_WIDTH: u32 = COLUMNS + 2u * BORDER;
 const TILE_LEN: u32 = TILE_WIDTH * (2u * ROWS + 2u * BORDER);
 /// Blocks of four outputs of a workgroup.
 const OUT_BLOCKS: u32 = 2u * GROUPS;
+/// Filters of a block of inputs: by tap, input of the block, block of outputs of the tile.
 const FILTER_LEN: u32 = SIZE * SIZE * 4u * OUT_BLOCKS;
 const INVOCATIONS: u32 = COLUMNS * 2u * GROUPS;
 
 var<workgroup> tile: array<real4, TILE_LEN>;
-var<workgroup> filters: array<real4, FILTER_LEN>;
 
-/// Loads a block of inputs of the tile and its filters.
-fn load(block: u32, group: vec3<u32>, index: u32) {
+/// Loads a block of inputs of the tile.
+fn load_tile(block: u32, group: vec3<u32>, index: u32) {
     let origin = vec2<i32>(group.xy * TILE) - i32(BORDER);
     let last = vec2<i32>(conv.size) - 1;
     for (var i = index; i < TILE_LEN; i += INVOCATIONS) {
         let cell = origin + vec2<i32>(vec2(i % TILE_WIDTH, i / TILE_WIDTH));
         tile[i] = real4(fetch(block, clamp(cell, vec2(0), last)));
     }
-    let first = (group.z * conv.blocks + block) * FILTER_LEN;
-    for (var i = index; i < FILTER_LEN; i += INVOCATIONS) {
-        filters[i] = weights[first + i];
+}
+
+/// Adds what a block of inputs gives to a group of outputs; `first` is the first of its filters.
+fn accumulate(first: u32, group: u32, local: vec2<u32>, sums: ptr<function, array<real4, 2u * ROWS>>) {
+    for (var dx = 0u; dx < SIZE; dx++) {
+        var column: array<real4, ROWS + 2u * BORDER>;
+        for (var r = 0u; r < ROWS + 2u * BORDER; r++) {
+            column[r] = tile[(local.y * ROWS + r) * TILE_WIDTH + local.x + dx];
+        }
+        for (var dy = 0u; dy < SIZE; dy++) {
+            for (var o = 0u; o < 2u; o++) {
+                let i = (dy * SIZE + dx) * 4u * OUT_BLOCKS + group * 2u + o;
+                let w0 = filter_at(first, i);
+                let w1 = filter_at(first, i + OUT_BLOCKS);
+                let w2 = filter_at(first, i + 2u * OUT_BLOCKS);
+                let w3 = filter_at(first, i + 3u * OUT_BLOCKS);
+                for (var r = 0u; r < ROWS; r++) {
+                    let v = column[r + dy];
+                    var sum = (*sums)[2u * r + o];
+                    sum = fma(w0, real4(v.x), sum);
+                    sum = fma(w1, real4(v.y), sum);
+                    sum = fma(w2, real4(v.z), sum);
+                    (*sums)[2u * r + o] = fma(w3, real4(v.w), sum);
+                }
+            }
+        }
     }
 }
 
@@ -57,32 +63,17 @@ fn main(
     // Halves are added up over one block of inputs only.
     var sums: array<real4, 2u * ROWS>;
     var totals: array<vec4<f32>, 2u * ROWS>;
+    let mine = together(local.z);
     for (var block = 0u; block < conv.blocks; block++) {
+        let first = (group.z * conv.blocks + block) * FILTER_LEN;
         workgroupBarrier();
-        load(block, group, index);
+        load_tile(block, group, index);
+        load_filters(first, index);
         workgroupBarrier();
-        for (var dx = 0u; dx < SIZE; dx++) {
-            var column: array<real4, ROWS + 2u * BORDER>;
-            for (var r = 0u; r < ROWS + 2u * BORDER; r++) {
-                column[r] = tile[(local.y * ROWS + r) * TILE_WIDTH + local.x + dx];
-            }
-            for (var dy = 0u; dy < SIZE; dy++) {
-                for (var o = 0u; o < 2u; o++) {
-                    let first = (dy * SIZE + dx) * 4u * OUT_BLOCKS + local.z * 2u + o;
-                    let w0 = filters[first];
-                    let w1 = filters[first + OUT_BLOCKS];
-                    let w2 = filters[first + 2u * OUT_BLOCKS];
-                    let w3 = filters[first + 3u * OUT_BLOCKS];
-                    for (var r = 0u; r < ROWS; r++) {
-                        let v = column[r + dy];
-                        var sum = sums[2u * r + o];
-                        sum = fma(w0, real4(v.x), sum);
-                        sum = fma(w1, real4(v.y), sum);
-                        sum = fma(w2, real4(v.z), sum);
-                        sums[2u * r + o] = fma(w3, real4(v.w), sum);
-                    }
-                }
-            }
+        if (mine.whole) {
+            accumulate(first, mine.group, local.xy, &sums);
+        } else {
+            accumulate(first, local.z, local.xy, &sums);
         }
         if (HALF) {
             for (var i = 0u; i < 2u * ROWS; i++) {

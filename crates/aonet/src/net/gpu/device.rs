@@ -1,5 +1,8 @@
 //! A device for programs that do not render: servers, commands, tests.
 
+use super::matrices::Matrices;
+#[cfg(not(target_arch = "wasm32"))]
+use super::matrix_trial;
 use crate::error::{Error, Result};
 use std::pin::pin;
 use std::task::{Context, Poll, Waker};
@@ -9,14 +12,17 @@ use std::task::{Context, Poll, Waker};
 pub struct Device {
     /// Name, driver and kind of the adapter.
     pub adapter: wgpu::AdapterInfo,
-    /// With half floats, timestamps and textures of 16 bits where the adapter has them.
+    /// With half floats, subgroups, timestamps and textures of 16 bits where the adapter has them.
     pub device: wgpu::Device,
     /// Its queue.
     pub queue: wgpu::Queue,
+    /// The products of matrices that it has, if it has any.
+    pub matrices: Option<Matrices>,
 }
 
 /// Features that are asked for where they exist: see [`Device::device`].
 const WANTED: wgpu::Features = wgpu::Features::SHADER_F16
+    .union(wgpu::Features::SUBGROUP)
     .union(wgpu::Features::TIMESTAMP_QUERY)
     .union(wgpu::Features::TEXTURE_FORMAT_16BIT_NORM);
 
@@ -35,9 +41,12 @@ impl Device {
             .await
             .map_err(|e| Error::device("adapter", "one that computes", e))?;
         let limits = adapter.limits();
+        let matrices = Matrices::of(&adapter);
+        let of_matrices = if matrices.is_some() { Matrices::FEATURES } else { wgpu::Features::empty() };
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("aonet"),
-            required_features: adapter.features() & WANTED,
+            required_features: adapter.features() & WANTED | of_matrices,
+            experimental_features: experimental(matrices),
             // What images of any size need; else what every adapter has.
             required_limits: wgpu::Limits {
                 max_buffer_size: limits.max_buffer_size,
@@ -51,10 +60,10 @@ impl Device {
             .request_device(&descriptor)
             .await
             .map_err(|e| Error::device("device", "WebGPU's default limits", e))?;
-        Ok(Self { adapter: adapter.get_info(), device, queue })
+        Ok(Self { adapter: adapter.get_info(), device, queue, matrices })
     }
 
-    /// The same, waiting for it.
+    /// The same, waiting for it. Products of matrices are tried out.
     ///
     /// # Errors
     /// As [`Device::request`].
@@ -63,10 +72,22 @@ impl Device {
         let mut request = pin!(Self::request());
         loop {
             if let Poll::Ready(device) = request.as_mut().poll(&mut Context::from_waker(Waker::noop())) {
-                return device;
+                let device = device?;
+                let right = |m: &Matrices| matrix_trial::succeeds(*m, &device.device, &device.queue);
+                return Ok(Self { matrices: device.matrices.filter(right), ..device });
             }
             std::thread::yield_now();
         }
+    }
+}
+
+#[allow(unsafe_code, reason = "wgpu asks for a promise where a feature is experimental")]
+fn experimental(matrices: Option<Matrices>) -> wgpu::ExperimentalFeatures {
+    match matrices {
+        // SAFETY: products of matrices are all that is asked for, and only shaders of this crate that tests hold
+        // against plain loops compute them.
+        Some(_) => unsafe { wgpu::ExperimentalFeatures::enabled() },
+        None => wgpu::ExperimentalFeatures::disabled(),
     }
 }
 

@@ -3,8 +3,10 @@
 
 use super::context::Context;
 use super::conv;
+use super::head_matrix;
+use super::matrices::Matrices;
 use super::memory::{BLOCK, Memory, blocks};
-use super::options::Precision;
+use super::options::{Kernels, Precision};
 use super::pass::{Binding, Compiler, Pass, Recipe};
 use super::shader::Shader;
 use crate::error::Result;
@@ -23,6 +25,8 @@ pub(super) struct Head {
     guide: BufferId,
     patch: usize,
     kernel: KernelWeights,
+    /// What it is computed with, where it is.
+    matrices: Option<Matrices>,
     weights: wgpu::Buffer,
     bias: wgpu::Buffer,
 }
@@ -44,19 +48,17 @@ impl Head {
             Some(output) if input < channels => weight[output * channels + input],
             Some(_) | None => 0.0,
         };
-        let group = out_blocks(kernel) * BLOCK;
-        let mut packed = Vec::new();
-        for outputs in order.chunks_exact(group) {
-            for block in 0..blocks(channels) {
-                for outputs in outputs.chunks_exact(BLOCK) {
-                    let inputs = block * BLOCK..(block + 1) * BLOCK;
-                    packed.extend(inputs.flat_map(|i| outputs.iter().map(move |o| value(*o, i))));
-                }
+        let matrices = head_matrix::suits(context.kernels, channels, kernel);
+        let packed = match matrices {
+            Some(matrices) => {
+                let kernels = order.len() / (WINDOW * WINDOW);
+                head_matrix::packed(matrices, (kernels, channels), |output, i| value(order[output], i))
             }
-        }
+            None => packed(&order, (out_blocks(kernel) * BLOCK, blocks(channels)), value),
+        };
         let bias: Vec<_> = order.iter().map(|output| output.map_or(0.0, |o| bias[o])).collect();
         let (weights, bias) = (context.reals(name, &packed)?, context.floats(name, &bias)?);
-        Ok(Self { input, guide, patch, kernel, weights, bias })
+        Ok(Self { input, guide, patch, kernel, matrices, weights, bias })
     }
 
     /// Values that it writes for a plan.
@@ -78,7 +80,6 @@ impl Head {
         let input = &plan.buffers[self.input];
         let cells = (input.width, input.height);
         let shape = context.uniform("head", &[cells.0, cells.1, blocks(input.channels), 0])?;
-        let rows = conv::rows(cells, 1);
         let mut bindings = vec![
             Binding::Uniform(&shape),
             Binding::Read(&self.weights),
@@ -92,31 +93,72 @@ impl Head {
                 bindings.push(Binding::Read(memory.of(self.guide)))
             }
         }
-        let shader = shader(context.precision, (self.patch, self.kernel), rows);
+        let of = (self.patch, self.kernel);
+        let (shader, workgroups) = match self.matrices {
+            Some(matrices) => {
+                (head_matrix::shader(matrices, input.channels, of), matrices.workgroups(cells, 1, 1))
+            }
+            None => {
+                let rows = conv::rows(cells, 1);
+                (shader((context.precision, context.kernels), of, rows), conv::workgroups(cells, rows, 1))
+            }
+        };
         let recipe = Recipe { label: "head", shader, sees_frame: false };
-        Ok(Pass::new(compiler, &recipe, &bindings, conv::workgroups(cells, rows, 1)))
+        Ok(Pass::new(compiler, &recipe, &bindings, workgroups))
     }
 }
 
 /// The shader of a head for so many cells an invocation.
-pub(super) fn shader(precision: Precision, (patch, kernel): (usize, KernelWeights), cells: usize) -> Shader {
-    let pixels = patch * patch;
-    let common = |groups: usize| {
+pub(super) fn shader(
+    (precision, kernels): (Precision, Kernels),
+    (patch, kernel): (usize, KernelWeights),
+    cells: usize,
+) -> Shader {
+    let begin = |groups: usize| {
         Shader::new(precision)
-            .number("PATCH", patch)
+            .with_kernels(kernels)
             .number("CELLS", cells)
             .number("GROUPS", groups.min(MAX_GROUPS))
             .number("OUT_BLOCKS", out_blocks(kernel))
-            .part(include_str!("head.wgsl"))
     };
+    let outputs = include_str!("head_outputs.wgsl");
     match kernel {
         KernelWeights::Off | KernelWeights::Correction => {
-            common(blocks(pixels)).part(include_str!("patch_merge.wgsl"))
+            let begin = begin(blocks(patch * patch)).number("PATCH", patch);
+            begin.part(include_str!("head.wgsl")).part(outputs).part(include_str!("patch_merge.wgsl"))
         }
-        KernelWeights::Linear | KernelWeights::Softmax => common(pixels)
-            .flag("SOFTMAX", kernel == KernelWeights::Softmax)
+        KernelWeights::Linear | KernelWeights::Softmax => with_kernels(begin(patch * patch), (patch, kernel))
+            .part(outputs)
             .part(include_str!("kernel_predict.wgsl")),
     }
+}
+
+/// A shader that can apply kernels, to be continued.
+pub(super) fn with_kernels(begin: Shader, (patch, kernel): (usize, KernelWeights)) -> Shader {
+    begin
+        .number("PATCH", patch)
+        .flag("SOFTMAX", kernel == KernelWeights::Softmax)
+        .part(include_str!("head.wgsl"))
+        .part(include_str!("kernels.wgsl"))
+}
+
+/// By `group` of outputs that are computed together, block of inputs, block of outputs, input of the block.
+fn packed(
+    order: &[Option<usize>],
+    (group, in_blocks): (usize, usize),
+    value: impl Fn(Option<usize>, usize) -> f32,
+) -> Vec<f32> {
+    let mut packed = Vec::new();
+    for outputs in order.chunks_exact(group) {
+        for block in 0..in_blocks {
+            for outputs in outputs.chunks_exact(BLOCK) {
+                for input in block * BLOCK..(block + 1) * BLOCK {
+                    packed.extend(outputs.iter().map(|output| value(*output, input)));
+                }
+            }
+        }
+    }
+    packed
 }
 
 /// Blocks of four outputs that are computed together: a kernel for one component of the normal, or four pixels.

@@ -27,14 +27,19 @@ mod chain;
 mod classic;
 mod context;
 mod conv;
+mod conv_matrix;
 mod denoise;
 mod device;
 mod features;
 mod gtao;
 mod hbao;
 mod head;
+mod head_matrix;
 mod hemisphere;
 mod image;
+mod matrices;
+#[cfg(not(target_arch = "wasm32"))]
+mod matrix_trial;
 mod memory;
 mod network;
 #[cfg(not(target_arch = "wasm32"))]
@@ -56,9 +61,10 @@ mod view;
 pub use chain::Timestamps;
 pub use classic::ClassicSession;
 pub use device::{Device, scoped};
+pub use matrices::Matrices;
 #[cfg(not(target_arch = "wasm32"))]
 pub use offscreen::Offscreen;
-pub use options::{DepthEncoding, Frame, NormalEncoding, NormalSpace, Options, Precision};
+pub use options::{DepthEncoding, Frame, Kernels, NormalEncoding, NormalSpace, Options, Precision};
 pub use session::Session;
 pub use view::{Textures, View};
 pub use wgpu;

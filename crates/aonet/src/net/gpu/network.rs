@@ -3,11 +3,11 @@
 use super::context::Context;
 use super::conv::Conv;
 use super::head::Head;
-use super::options::{Options, Precision};
+use super::options::Options;
 use super::pass::Compiler;
 use super::view;
 use crate::error::{Error, Result};
-use crate::net::config::{Channel, Features};
+use crate::net::config::Features;
 use crate::net::graph::Graph;
 use crate::net::model::Model;
 use crate::net::plan::{BufferId, Plan, Step};
@@ -46,10 +46,12 @@ impl Network {
     ) -> Result<Self> {
         check_limits(&device.limits())?;
         let features = model.config().features;
+        let precision = options.precision.on(device, features);
         let context = Context {
             device: device.clone(),
             queue: queue.clone(),
-            precision: precision(device, features, options),
+            precision,
+            kernels: options.kernels.on(device, precision),
         };
         // Its steps are those of every size.
         let plan = Plan::new(model.graph(), 1, 1)?;
@@ -85,19 +87,6 @@ impl Weighed {
             }
             Step::Image { input } => Self::Image { input: *input },
         })
-    }
-}
-
-/// Half floats where the device has them and the features fit: positions and depths in world units may be anything.
-fn precision(device: &wgpu::Device, features: Features, options: Options) -> Precision {
-    let fits = features.channels().iter().all(|channel| match channel {
-        Channel::Normal(_) | Channel::NormalEncoded(_) => true,
-        Channel::DepthNormalized | Channel::ProjectedRadius | Channel::HorizonOcclusion => true,
-        Channel::Position(_) | Channel::Depth => false,
-    });
-    match device.features().contains(wgpu::Features::SHADER_F16) && fits {
-        true => options.precision,
-        false => Precision::F32,
     }
 }
 

@@ -1,10 +1,12 @@
 //! A session on frames in main memory, for programs that do not render on the device.
 
+use super::classic::ClassicSession;
 use super::device::{Device, scoped};
-use super::options::{DepthEncoding, Frame, Options, Precision};
+use super::options::{DepthEncoding, Frame, Kernels, Options, Precision};
 use super::session::Session;
 use super::view::{Textures, View};
 use crate::ao_image::{AoImage, AoParams};
+use crate::classic::Classic;
 use crate::error::{Error, Result};
 use crate::gbuffer::GBuffer;
 use crate::net::model::Model;
@@ -13,7 +15,7 @@ use crate::net::model::Model;
 #[derive(Debug)]
 pub struct Offscreen {
     device: Device,
-    session: Session,
+    session: Runs,
     view: View,
     normal: wgpu::Texture,
     depth: wgpu::Texture,
@@ -21,9 +23,17 @@ pub struct Offscreen {
     back: wgpu::Buffer,
 }
 
+/// What runs.
+#[derive(Debug)]
+enum Runs {
+    Network(Session),
+    Classic(ClassicSession),
+}
+
 /// Frames in memory are floats.
 const OPTIONS: Options = Options {
     precision: Precision::F32,
+    kernels: Kernels::Plain,
     normals: super::options::NormalEncoding::Plain,
     normal_space: super::options::NormalSpace::View,
     depth: DepthEncoding::Linear,
@@ -31,13 +41,28 @@ const OPTIONS: Options = Options {
 };
 
 impl Offscreen {
-    /// A session for frames of `size` (width, height) [px] with its own textures.
+    /// A session for frames of `size` (width, height) [px] with its own textures. It multiplies matrices where `precision`
+    /// comes to half floats and the device says how.
     ///
     /// # Errors
     /// As [`Session::new`].
     pub fn new(device: &Device, model: &Model, size: (usize, usize), precision: Precision) -> Result<Self> {
-        let options = Options { precision, ..OPTIONS };
+        let kernels = device.matrices.map_or(Kernels::Plain, Kernels::Matrices);
+        let options = Options { precision, kernels, ..OPTIONS };
         let session = Session::new((&device.device, &device.queue), model, size, options)?;
+        Self::of(device, Runs::Network(session), size)
+    }
+
+    /// The same for a classic method.
+    ///
+    /// # Errors
+    /// As [`ClassicSession::new`].
+    pub fn classic(device: &Device, method: &Classic, size: (usize, usize)) -> Result<Self> {
+        let session = ClassicSession::new((&device.device, &device.queue), method, size, OPTIONS)?;
+        Self::of(device, Runs::Classic(session), size)
+    }
+
+    fn of(device: &Device, session: Runs, size: (usize, usize)) -> Result<Self> {
         scoped(&device.device, "textures", || {
             let texture = |format, usage| {
                 device.device.create_texture(&wgpu::TextureDescriptor {
@@ -73,7 +98,7 @@ impl Offscreen {
     /// # Errors
     /// When the frame or the image has another size than the session, or the device is lost.
     pub fn run(&mut self, gbuffer: &GBuffer, params: AoParams, image: &mut AoImage) -> Result<()> {
-        let (width, height) = self.session.plan().size;
+        let (width, height) = self.session.size();
         if (image.width(), image.height()) != (width, height) {
             let found = format!("{}x{}", image.width(), image.height());
             return Err(Error::size("AO image of a session", format!("{width}x{height}"), found));
@@ -85,7 +110,7 @@ impl Offscreen {
     }
 
     fn submit(&self, gbuffer: &GBuffer, params: AoParams) -> Result<()> {
-        let (width, height) = self.session.plan().size;
+        let (width, height) = self.session.size();
         let frame = Frame { camera: *gbuffer.camera(), far: f32::INFINITY, params };
         let mut encoder = self.device.device.create_command_encoder(&Default::default());
         self.session.encode(&mut encoder, &self.view, &frame)?;
@@ -134,9 +159,35 @@ impl Offscreen {
         copied
     }
 
-    /// What runs.
-    pub fn session(&self) -> &Session {
-        &self.session
+    /// The numbers that it computes with.
+    pub fn precision(&self) -> Precision {
+        match &self.session {
+            Runs::Network(session) => session.precision(),
+            Runs::Classic(_) => Precision::F32,
+        }
+    }
+}
+
+impl Runs {
+    fn size(&self) -> (usize, usize) {
+        match self {
+            Self::Network(session) => session.plan().size,
+            Self::Classic(session) => session.size(),
+        }
+    }
+
+    fn view(&self, textures: Textures<'_>) -> Result<View> {
+        match self {
+            Self::Network(session) => session.view(textures),
+            Self::Classic(session) => session.view(textures),
+        }
+    }
+
+    fn encode(&self, encoder: &mut wgpu::CommandEncoder, view: &View, frame: &Frame) -> Result<()> {
+        match self {
+            Self::Network(session) => session.encode(encoder, view, frame),
+            Self::Classic(session) => session.encode(encoder, view, frame),
+        }
     }
 }
 

@@ -1,7 +1,9 @@
 //! What a session is told once, and what it is told every frame.
 
+use super::matrices::Matrices;
 use crate::ao_image::AoParams;
 use crate::camera::Camera;
+use crate::net::config::{Channel, Features};
 
 /// Numbers that activations and weights are stored and multiplied in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -12,6 +14,68 @@ pub enum Precision {
     /// are added up in 32 bits. [`Session::precision`](super::Session::precision) says what it came to.
     #[default]
     F16,
+}
+
+/// How convolutions and heads are computed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Kernels {
+    /// With what every device has.
+    #[default]
+    Plain,
+    /// Filters are read once a subgroup where the device has `SUBGROUP`, else as [`Kernels::Plain`]. Which of the two is faster
+    /// depends on the device: `aonet bench --device gpu` tells.
+    Subgroups,
+    /// As products of matrices where the precision comes to half floats, and the device is one that was made with
+    /// [`Matrices::FEATURES`]; else as [`Kernels::Plain`].
+    Matrices(Matrices),
+}
+
+impl Precision {
+    /// What it comes to on a device for a network that sees these features: positions and depths in world units may be
+    /// anything, and do not fit in 16 bits.
+    pub fn on(self, device: &wgpu::Device, features: Features) -> Self {
+        let fits = features.channels().iter().all(|channel| match channel {
+            Channel::Normal(_) | Channel::NormalEncoded(_) => true,
+            Channel::DepthNormalized | Channel::ProjectedRadius | Channel::HorizonOcclusion => true,
+            Channel::Position(_) | Channel::Depth => false,
+        });
+        match device.features().contains(wgpu::Features::SHADER_F16) && fits {
+            true => self,
+            false => Self::F32,
+        }
+    }
+}
+
+impl Kernels {
+    /// What they come to on a device, for what the precision comes to there.
+    pub fn on(self, device: &wgpu::Device, precision: Precision) -> Self {
+        let has = |features| device.features().contains(features);
+        let there = match self {
+            Self::Plain => true,
+            Self::Subgroups => has(wgpu::Features::SUBGROUP),
+            Self::Matrices(_) => precision == Precision::F16 && has(Matrices::FEATURES),
+        };
+        if there { self } else { Self::Plain }
+    }
+}
+
+impl std::fmt::Display for Kernels {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::Plain => "plain",
+            Self::Subgroups => "subgroups",
+            Self::Matrices(_) => "matrices",
+        })
+    }
+}
+
+impl std::fmt::Display for Precision {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(match self {
+            Self::F32 => "f32",
+            Self::F16 => "f16",
+        })
+    }
 }
 
 /// How a texture holds a normal. Any length but zero will do.
@@ -55,6 +119,8 @@ pub enum DepthEncoding {
 pub struct Options {
     /// Numbers to compute with.
     pub precision: Precision,
+    /// Instructions to compute with.
+    pub kernels: Kernels,
     /// Encoding of the normals.
     pub normals: NormalEncoding,
     /// Their space.
@@ -71,6 +137,7 @@ impl Default for Options {
     fn default() -> Self {
         Self {
             precision: Precision::default(),
+            kernels: Kernels::default(),
             normals: NormalEncoding::default(),
             normal_space: NormalSpace::default(),
             depth: DepthEncoding::default(),

@@ -153,9 +153,18 @@ impl Pass {
         }
     }
 
+    /// Encodes a dispatch that sees no frame.
+    pub(super) fn encode_alone(&self, pass: &mut wgpu::ComputePass<'_>) {
+        self.dispatch(pass, None);
+    }
+
     pub(super) fn encode(&self, pass: &mut wgpu::ComputePass<'_>, view: &wgpu::BindGroup) {
+        self.dispatch(pass, Some(view).filter(|_| self.sees_frame));
+    }
+
+    fn dispatch(&self, pass: &mut wgpu::ComputePass<'_>, view: Option<&wgpu::BindGroup>) {
         pass.set_pipeline(&self.compiled.pipeline);
-        if self.sees_frame {
+        if let Some(view) = view {
             pass.set_bind_group(0, view, &[]);
         }
         pass.set_bind_group(u32::from(self.sees_frame), &self.group, &[]);

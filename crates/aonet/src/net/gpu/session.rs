@@ -9,7 +9,7 @@ use super::head::Head;
 use super::image::{Image, Raw};
 use super::memory::Memory;
 use super::network::{Network, Weighed};
-use super::options::{Frame, Options, Precision};
+use super::options::{Frame, Kernels, Options, Precision};
 use super::view::{Textures, View, check_size};
 use crate::error::{Error, Result};
 use crate::net::config::Channel;
@@ -135,6 +135,11 @@ impl Session {
     /// The numbers that it computes with: see [`Options::precision`].
     pub fn precision(&self) -> Precision {
         self.network.context.precision
+    }
+
+    /// The instructions that it computes with: see [`Options::kernels`].
+    pub fn kernels(&self) -> Kernels {
+        self.network.context.kernels
     }
 
     /// Bytes of activations on the device; weights not included.

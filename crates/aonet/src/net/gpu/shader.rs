@@ -1,6 +1,6 @@
 //! WGSL from parts: constants, then files, one after the other. WGSL itself has no way to include a file.
 
-use super::options::Precision;
+use super::options::{Kernels, Precision};
 use std::fmt::{Display, Write};
 
 /// A shader that grows.
@@ -16,6 +16,25 @@ impl Shader {
         };
         let types = format!("alias real = {real};\nalias real4 = vec4<{real}>;\n");
         Self(format!("{enable}{types}")).flag("HALF", precision == Precision::F16)
+    }
+
+    /// Half floats and products of matrices; see [`Matrices`](super::matrices::Matrices).
+    pub(super) fn with_matrices() -> Self {
+        let Self(begin) = Self::new(Precision::F16);
+        Self(format!("enable wgpu_cooperative_matrix;\n{begin}"))
+    }
+
+    /// For these instructions: `together`.
+    pub(super) fn with_kernels(mut self, kernels: Kernels) -> Self {
+        // Browsers want to be told; elsewhere it is not known yet.
+        if cfg!(target_arch = "wasm32") && kernels == Kernels::Subgroups {
+            self.0.insert_str(0, "enable subgroups;\n");
+        }
+        self.part(match kernels {
+            Kernels::Subgroups => include_str!("together_subgroup.wgsl"),
+            // Shaders on matrices begin otherwise: what is left of them is plain.
+            Kernels::Plain | Kernels::Matrices(_) => include_str!("together.wgsl"),
+        })
     }
 
     /// A whole number.

@@ -4,10 +4,11 @@ use super::context::Context;
 use super::conv::{Conv, Kind};
 use super::device::{Device, scoped};
 use super::head::{self, Head};
+use super::matrices::Matrices;
 use super::memory::{BLOCK, Memory, blocks};
-use super::options::{DepthEncoding, NormalEncoding, Options, Precision};
+use super::options::{DepthEncoding, Kernels, NormalEncoding, Options, Precision};
 use super::pass::{Compiler, Pass};
-use super::{features, image, view};
+use super::{features, head_matrix, image, matrix_trial, view};
 use crate::net::config::{Features, KernelWeights};
 use crate::net::graph::{Activation, Graph, Op};
 use crate::net::naive::{self, Planes};
@@ -20,11 +21,15 @@ const MAX_NMSE: [(Precision, f64); 2] = [(Precision::F32, 1e-12), (Precision::F1
 
 pub(super) const PRECISIONS: [Precision; 2] = [Precision::F32, Precision::F16];
 
+const KERNELS: [Kernels; 2] = [Kernels::Plain, Kernels::Subgroups];
+
 /// Panics when the shader is no WGSL or needs more memory a workgroup than WebGPU promises.
 pub(super) fn validate(source: &str, what: &str) {
     let module = naga::front::wgsl::parse_str(source)
         .unwrap_or_else(|e| panic!("{what}: {}\n{source}", e.emit_to_string(source)));
-    let capabilities = naga::valid::Capabilities::SHADER_FLOAT16;
+    use naga::valid::Capabilities;
+    let capabilities =
+        Capabilities::SHADER_FLOAT16 | Capabilities::COOPERATIVE_MATRIX | Capabilities::SUBGROUP;
     let mut validator = naga::valid::Validator::new(naga::valid::ValidationFlags::all(), capabilities);
     validator.validate(&module).unwrap_or_else(|e| panic!("{what}: {}\n{source}", e.emit_to_string(source)));
     let mut layouter = naga::proc::Layouter::default();
@@ -39,23 +44,35 @@ pub(super) fn validate(source: &str, what: &str) {
 fn every_shader_is_valid() {
     use KernelWeights::{Correction, Linear, Off, Softmax};
     use Resample::{AvgPool, None, Upsample2};
-    for precision in PRECISIONS {
+    for matrices in MATRICES {
+        validate(matrix_trial::shader(matrices).source(), "trial");
+    }
+    for by in PRECISIONS.into_iter().flat_map(|p| KERNELS.map(|k| (p, k))) {
         for rows in [1, 2, 4] {
             for size in [1, 3] {
                 for sources in
                     [vec![None], vec![AvgPool(4), Upsample2], vec![Upsample2, None, AvgPool(2), None]]
                 {
-                    let kind = Kind { sources, size, activation: Activation::LeakyRelu, groups: 4 };
-                    validate(kind.shader(precision, rows).source(), &format!("{kind:?}"));
+                    let kind = Kind { sources, size, activation: Activation::LeakyRelu, tile: 32 };
+                    validate(kind.shader(by, rows).source(), &format!("{kind:?}"));
+                    for matrices in MATRICES {
+                        validate(kind.matrix_shader(matrices, rows).source(), &format!("{kind:?}"));
+                    }
                 }
             }
             for patch in [1, 2, 4, 8] {
                 for kernel in [Off, Correction, Linear, Softmax] {
-                    let shader = head::shader(precision, (patch, kernel), rows);
+                    let shader = head::shader(by, (patch, kernel), rows);
                     validate(shader.source(), &format!("head {patch} {kernel:?}"));
+                }
+                for (matrices, kernel) in MATRICES.into_iter().zip([Linear, Softmax].into_iter().cycle()) {
+                    let shader = head_matrix::shader(matrices, 64, (patch, kernel));
+                    validate(shader.source(), &format!("head {patch} {matrices:?}"));
                 }
             }
         }
+    }
+    for precision in PRECISIONS {
         for options in encodings() {
             let surface = || features::surface(precision, &options);
             validate(features::depth_range_shader(surface()).source(), "depth range");
@@ -71,6 +88,14 @@ fn every_shader_is_valid() {
         }
     }
 }
+
+/// Of llvmpipe and of devices of several makers.
+const MATRICES: [Matrices; 4] = [
+    Matrices { side: 8, lanes: 8 },
+    Matrices { side: 8, lanes: 32 },
+    Matrices { side: 16, lanes: 32 },
+    Matrices { side: 16, lanes: 64 },
+];
 
 const FEATURES: [Features; 7] = [
     Features::Normal,
@@ -97,13 +122,19 @@ fn a_broken_shader_is_noticed() {
     validate("fn main() -> u32 { return 1.5; }", "broken");
 }
 
-/// What tests run on, at both precisions if the device has them; none, said so, where there is no device.
+/// What tests run on, at both precisions and with all kernels if the device has them; none, said so, where there is no
+/// device.
 fn contexts() -> Vec<Context> {
-    let Some(device) = test_device() else { return vec![] };
-    let halves = device.device.features().contains(wgpu::Features::SHADER_F16);
-    let precisions = PRECISIONS.into_iter().filter(|p| halves || *p == Precision::F32);
-    let Device { device, queue, .. } = device;
-    precisions.map(|precision| Context { device: device.clone(), queue: queue.clone(), precision }).collect()
+    let Some(Device { device, queue, matrices, .. }) = test_device() else { return vec![] };
+    let has = |feature| device.features().contains(feature);
+    let precisions =
+        PRECISIONS.into_iter().filter(|p| *p == Precision::F32 || has(wgpu::Features::SHADER_F16));
+    let all = precisions.flat_map(|precision| KERNELS.map(|kernels| (precision, kernels)));
+    let all = all.filter(|(_, kernels)| *kernels == Kernels::Plain || has(wgpu::Features::SUBGROUP));
+    let all = all.chain(matrices.map(|matrices| (Precision::F16, Kernels::Matrices(matrices))));
+    let context =
+        |(precision, kernels)| Context { device: device.clone(), queue: queue.clone(), precision, kernels };
+    all.map(context).collect()
 }
 
 fn test_device() -> Option<Device> {
@@ -279,7 +310,7 @@ fn check_conv(
             assert_close(
                 &found.values,
                 &expected.values,
-                (context.precision, &format!("{rows} rows, {what}")),
+                (context.precision, &format!("{rows} rows, {}, {what}", context.kernels)),
             );
         }
     }
@@ -353,7 +384,7 @@ fn check_head(
         let head = Head::new(context, &plan, &weights, ("conv", [0, 1], patch, kernel)).unwrap();
         let pass = scoped(&context.device, "head", || head.pass(context, &compiler, (&plan, &memory), &raw));
         let found = floats(&run(context, &pass.unwrap(), &raw));
-        assert_close(&found, &expected.values, (context.precision, &what));
+        assert_close(&found, &expected.values, (context.precision, &format!("{}, {what}", context.kernels)));
     }
 }
 

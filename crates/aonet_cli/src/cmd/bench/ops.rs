@@ -41,31 +41,26 @@ pub(super) fn run(args: &Args, subjects: &[Subject]) -> Result<()> {
         output::note(&format!("peaks of {}, threads: {}", options.precision, options.threads));
         Ok((options, Peaks::measure(options)?))
     };
-    let peaks = args.options().into_iter().map(peaks).collect::<Result<Vec<_>>>()?;
+    let peaks = args.options()?.into_iter().map(peaks).collect::<Result<Vec<_>>>()?;
     let mut all = Vec::new();
     for subject in subjects {
         let Method::Network(model) = &subject.load(args)? else { continue };
         for size in args.sizes() {
             for &(options, peaks) in &peaks {
                 progress(&subject.name, size, options);
-                let ops = timing::time_ops(model, size, options, args.runs)?;
+                let ops = timing::time_ops(model, size, options, args.runs())?;
                 all.push(steps((&subject.name, size), ops, (options, peaks)));
             }
         }
     }
     if args.json {
-        return output::json(&json!({ "machine": machine(), "runs": args.runs.max(1), "networks": all }));
+        return output::json(&json!({ "machine": machine(), "runs": args.runs(), "networks": all }));
     }
     let tables: Vec<_> = all.iter().map(text).collect();
     let note = "A floor is direct convolution at the peak of multiply-adds, or every input, output and parameter moved once at \
                 the rate of a copy in main memory, whichever takes longer; steps whose buffers stay in the caches, and \
                 convolutions that save multiplications, can be below it.";
-    output::text(&format!(
-        "{}\n{note}\n{}; medians of {} runs\n",
-        tables.join("\n"),
-        machine(),
-        args.runs.max(1)
-    ))
+    output::text(&format!("{}\n{note}\n{}; medians of {} runs\n", tables.join("\n"), machine(), args.runs()))
 }
 
 fn steps(

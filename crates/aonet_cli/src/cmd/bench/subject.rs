@@ -1,6 +1,7 @@
 //! Which methods are timed.
 
 use super::Args;
+use crate::device::Device;
 use crate::setup;
 use anyhow::{Context, Result};
 use aonet::classic::Classic;
@@ -54,7 +55,7 @@ impl Subject {
             Source::Config(path) => setup::untrained(path)?,
             Source::Classic(method) => return Ok(Method::Classic(*method)),
         };
-        for precision in args.precisions() {
+        for precision in if args.device == Device::Cpu { args.precisions()? } else { vec![] } {
             model = timing::calibrated(model, precision)?;
         }
         Ok(Method::Network(Box::new(model)))

@@ -39,7 +39,7 @@ pub(super) fn run(args: &Args, subjects: &[Subject]) -> Result<()> {
         let method = (subject.name.as_str(), &subject.load(args)?);
         networks.extend(facts(method));
         for size in args.sizes() {
-            for precision in args.precisions().iter().take(method.1.precisions()) {
+            for precision in args.precisions()?.iter().take(method.1.precisions()) {
                 rows.extend(by_threads(method, size, (*precision, args))?);
             }
         }
@@ -47,7 +47,7 @@ pub(super) fn run(args: &Args, subjects: &[Subject]) -> Result<()> {
     if args.json {
         return output::json(&json!({ "machine": machine(), "networks": networks, "timings": rows }));
     }
-    output::text(&format!("{}\n{}; {} runs each\n", text(&rows), machine(), args.runs.max(1)))
+    output::text(&format!("{}\n{}; {} runs each\n", text(&rows), machine(), args.runs()))
 }
 
 /// Configuration and size of a network.
@@ -69,7 +69,7 @@ fn by_threads(
     for threads in args.threads() {
         let options = Options { threads, precision, ..Options::default() };
         progress(method.0, size, options);
-        let row = measure(method, size, (options, args.runs))?;
+        let row = measure(method, size, (options, args.runs()))?;
         let scaling = rows.first().map_or(1.0, |first| first.times.median_ms / row.times.median_ms);
         rows.push(Row { scaling, ..row });
     }

@@ -1,0 +1,50 @@
+//! Convolutions on cooperative matrices. See `conv.rs`, which knows everything else about them.
+
+use super::conv::{Filters, Kind};
+use super::matrices::{Matrices, unrolled};
+use super::memory::BLOCK;
+use super::shader::Shader;
+
+const LOAD_CELLS: &str =
+    "let cells_{r} = coopLoadT<MatrixA>(&tile[cells + {r}u * TILE_WIDTH * BLOCKS], BLOCKS);\n";
+const LOAD_FILTERS: &str =
+    "let filters_{t} = coopLoadT<MatrixB>(&weights[filters + {t}u * MATRIX], BLOCKS);\n";
+/// The shape of a sum's parts is the driver's affair: they go through memory.
+const STORE: &str = "workgroupBarrier();
+coopStoreT(sum_{r}_{t}, &found[wave * MATRIX], BLOCKS);
+workgroupBarrier();
+write(first + vec2(0u, {r}u), first_block + {t}u * BLOCKS, wave, lane);
+";
+
+impl Kind {
+    /// The shader on matrices, for so many rows of cells a subgroup.
+    pub(super) fn matrix_shader(&self, matrices: Matrices, rows: usize) -> Shader {
+        let counts = [rows, self.tile / matrices.side];
+        let products = [
+            unrolled(LOAD_CELLS, [rows, 1]),
+            unrolled(LOAD_FILTERS, [1, counts[1]]),
+            unrolled("sum_{r}_{t} = coopMultiplyAdd(cells_{r}, filters_{t}, sum_{r}_{t});\n", counts),
+        ];
+        let main = include_str!("conv_matrix.wgsl")
+            .replace("//SUMS", &unrolled("var sum_{r}_{t} = MatrixC();\n", counts))
+            .replace("//PRODUCTS", &products.concat())
+            .replace("//STORES", &unrolled(STORE, counts));
+        let begin = matrices.shader().number("ROWS", rows).number("TILES", counts[1]);
+        self.around(begin, &main)
+    }
+}
+
+impl Filters {
+    /// By tile of outputs, SIDE inputs, tap, matrix of outputs: matrices of inputs by outputs, row by row.
+    pub(super) fn as_matrices(&self, weight: &[f32], matrices: Matrices, tile: usize) -> Vec<f32> {
+        let (side, tiles) = (matrices.side, tile / matrices.side);
+        let steps = (self.blocks() * BLOCK).div_ceil(side);
+        let mut packed = vec![0.0; self.outputs.div_ceil(tile) * steps * self.taps * tile * side];
+        self.place(weight, |value, tap, [input, output]| {
+            let line = (output / tile * steps + input / side) * self.taps + tap;
+            let matrix = line * tiles + output % tile / side;
+            packed[(matrix * side + input % side) * side + output % side] = value;
+        });
+        packed
+    }
+}

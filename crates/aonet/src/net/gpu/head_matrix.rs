@@ -1,0 +1,60 @@
+//! Kernels on cooperative matrices. See `head.rs`, which knows everything else about them.
+
+use super::head::with_kernels;
+use super::matrices::{Matrices, unrolled};
+use super::options::Kernels;
+use super::shader::Shader;
+use crate::net::config::KernelWeights;
+use crate::net::graph::WINDOW;
+
+/// Inputs above which the plain shader is taken: a workgroup's cells and kernels would not fit its memory.
+const MAX_CHANNELS: usize = 64;
+/// Pixels of a patch whose kernels are in memory at a time at most.
+const MAX_PIXELS: usize = 2;
+
+const LOAD_CELLS: &str = "let cells_{r} = coopLoadT<MatrixA>(&cells[first + {r}u * BLOCKS], IN_BLOCKS);\n";
+const PRODUCT: &str =
+    "sum = coopMultiplyAdd(cells_{r}, coopLoadT<MatrixB>(&weights[filters + {r}u * MATRIX], BLOCKS), sum);\n";
+
+/// The matrices to compute a head with: none for heads that fit badly.
+pub(super) fn suits(kernels: Kernels, channels: usize, kernel: KernelWeights) -> Option<Matrices> {
+    match (kernels, kernel) {
+        (Kernels::Matrices(matrices), KernelWeights::Linear | KernelWeights::Softmax) => {
+            Some(matrices).filter(|_| channels <= MAX_CHANNELS)
+        }
+        // Without kernels there are few products.
+        (Kernels::Matrices(_), KernelWeights::Off | KernelWeights::Correction) => None,
+        (Kernels::Plain | Kernels::Subgroups, _) => None,
+    }
+}
+
+/// The shader of kernels for so many input channels.
+pub(super) fn shader(matrices: Matrices, channels: usize, (patch, kernel): (usize, KernelWeights)) -> Shader {
+    let steps = channels.div_ceil(matrices.side);
+    let main = include_str!("kernel_predict_matrix.wgsl")
+        .replace("//CELLS", &unrolled(LOAD_CELLS, [steps, 1]))
+        .replace("//PRODUCTS", &unrolled(PRODUCT, [steps, 1]));
+    let begin = matrices
+        .shader()
+        .number("STEPS", steps)
+        .number("PIXELS", (matrices.lanes / matrices.side).min(MAX_PIXELS));
+    with_kernels(begin, (patch, kernel)).part(&main)
+}
+
+/// A 1x1 convolution's weights, kernel by kernel: matrices of outputs, of SIDE inputs, row by row inputs by outputs.
+/// `value` tells the weight of an output of a kernel and an input.
+pub(super) fn packed(
+    matrices: Matrices,
+    (kernels, channels): (usize, usize),
+    value: impl Fn(usize, usize) -> f32,
+) -> Vec<f32> {
+    let (side, steps) = (matrices.side, channels.div_ceil(matrices.side));
+    let of_kernel = WINDOW * WINDOW;
+    let mut packed = Vec::with_capacity(kernels * of_kernel * steps * side);
+    for first in (0..kernels * of_kernel).step_by(side) {
+        for input in 0..steps * side {
+            packed.extend((first..first + side).map(|output| value(output, input)));
+        }
+    }
+    packed
+}

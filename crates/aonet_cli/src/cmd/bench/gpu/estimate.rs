@@ -1,0 +1,73 @@
+//! What a pass takes at least on a device, and what it may take on a common one.
+
+use aonet_offline::timing::gpu::PassCost;
+use serde::Serialize;
+
+/// What a device does at best.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub(super) struct Peaks {
+    /// Operations [1e12 a second].
+    pub(super) tflops: Option<f64>,
+    /// Of memory [1e9 bytes a second].
+    pub(super) gb_per_s: Option<f64>,
+}
+
+impl Peaks {
+    /// The time of a pass's operations or of its traffic, whichever is longer [ms]; none where no peak is known.
+    pub(super) fn floor_ms(self, cost: &PassCost) -> Option<f64> {
+        let flop_ms = self.tflops.map(|peak| cost.flop / peak / 1e9);
+        let bytes_ms = self.gb_per_s.map(|peak| cost.bytes / peak / 1e6);
+        match (flop_ms, bytes_ms) {
+            (Some(flop), Some(bytes)) => Some(flop.max(bytes)),
+            (one, other) => one.or(other),
+        }
+    }
+}
+
+/// Passes on a device of the class of an RTX 3060: not measured, but counted.
+#[derive(Debug, Clone, Copy, Serialize)]
+pub(super) struct Estimate {
+    pub(super) device: &'static str,
+    pub(super) tflops: f64,
+    pub(super) gb_per_s: f64,
+    /// Shares of the two that shaders reach.
+    pub(super) flop_efficiency: f64,
+    pub(super) byte_efficiency: f64,
+    /// From one pass's end to the next one's begin [ms].
+    pub(super) gap_ms: f64,
+}
+
+/// 3584 multiply-adds at 1.78 GHz in f32, and as many in f16 without matrix units; 192 bits at 15 Gbit/s: the
+/// manufacturer's data sheet.
+pub(super) const RTX_3060: Estimate = Estimate {
+    device: "RTX 3060 class",
+    tflops: 12.7,
+    gb_per_s: 360.0,
+    // guess: a tiled convolution without matrix units.
+    flop_efficiency: 0.35,
+    // guess: what copies reach, less a little.
+    byte_efficiency: 0.75,
+    // guess: a barrier and a launch.
+    gap_ms: 0.005,
+};
+
+impl Estimate {
+    /// Of a pass [ms].
+    pub(super) fn ms(self, cost: &PassCost) -> f64 {
+        let flop_ms = cost.flop / (self.tflops * self.flop_efficiency) / 1e9;
+        let bytes_ms = cost.bytes / (self.gb_per_s * self.byte_efficiency) / 1e6;
+        flop_ms.max(bytes_ms) + self.gap_ms
+    }
+
+    /// What it is made of, as a sentence.
+    pub(super) fn sentence(self) -> String {
+        let Self { device, tflops, gb_per_s, flop_efficiency, byte_efficiency, gap_ms } = self;
+        format!(
+            "estimate: not measured; counted operations at {:.0} % of {tflops} TFLOP/s or counted bytes at {:.0} % of {gb_per_s} \
+             GB/s ({device}), whichever takes longer, and {:.0} µs a pass",
+            100.0 * flop_efficiency,
+            100.0 * byte_efficiency,
+            1e3 * gap_ms
+        )
+    }
+}

@@ -1,0 +1,49 @@
+//! What is timed.
+
+use super::flags::KernelsFlag;
+use crate::cmd::bench::Args;
+use crate::cmd::bench::subject::{self, Method};
+use crate::setup;
+use anyhow::{Context, Result};
+use aonet::classic::Classic;
+use aonet::net::gpu::{Device, Kernels, Precision};
+use aonet::net::{Model, shipped};
+
+/// What the arguments name; else the shipped networks and the classic methods, all but one of which have shaders.
+pub(super) fn methods(args: &Args) -> Result<Vec<(String, Method)>> {
+    let none = args.model.is_empty() && args.config.is_empty() && args.classic.is_empty();
+    if !none || args.methods.is_some() {
+        let load = |s: subject::Subject| Ok((s.name.clone(), s.load(args)?));
+        return subject::collect(args)?.into_iter().map(load).collect();
+    }
+    let paper = Model::from_bytes(shipped::PAPER).context("the shipped network of the paper")?;
+    let mut methods = vec![
+        ("paper".to_owned(), Method::Network(Box::new(paper))),
+        ("any_radius".to_owned(), Method::Network(Box::new(setup::model(None)?))),
+    ];
+    let classic = Classic::all().into_iter().filter(|m| !matches!(m, Classic::Nnao(_)));
+    methods.extend(classic.map(|m| (m.name().to_owned(), Method::Classic(m))));
+    Ok(methods)
+}
+
+/// Numbers and instructions that a method is computed with: those that are asked for, as far as the device has them.
+pub(super) fn ways((args, device): (&Args, &Device), method: &Method) -> Result<Vec<(Precision, Kernels)>> {
+    let Method::Network(model) = method else { return Ok(vec![(Precision::F32, Kernels::Plain)]) };
+    let mut precisions = args.precision.iter().map(|p| p.gpu()).collect::<Result<Vec<_>>>()?;
+    if precisions.is_empty() {
+        precisions = vec![Precision::F32, Precision::F16];
+    }
+    let all = [KernelsFlag::Plain, KernelsFlag::Subgroups, KernelsFlag::Matrices];
+    let flags = if args.gpu.kernels.is_empty() { &all[..] } else { &args.gpu.kernels[..] };
+    let mut ways = Vec::new();
+    for precision in precisions {
+        for flag in flags {
+            let precision = precision.on(&device.device, model.config().features);
+            let way = (precision, flag.on(device).on(&device.device, precision));
+            if !ways.contains(&way) {
+                ways.push(way);
+            }
+        }
+    }
+    Ok(ways)
+}

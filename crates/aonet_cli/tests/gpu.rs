@@ -1,0 +1,187 @@
+//! `--device gpu` as a user meets it. Without a device a test says that it was skipped; with `AONET_REQUIRE_GPU=1` it
+//! fails.
+
+use aonet::AoImage;
+use aonet::net::gpu::Device;
+use aonet_offline::ao_file::load_ao;
+use std::path::Path;
+use std::process::{Command, Output};
+
+/// Largest and mean difference from the CPU's image in f32, whichever network runs and whatever the GPU multiplies.
+/// Measured: largest 2.3e-6, 2.0e-3, 0.034, 0.034, where a tap between two pixels falls on the other one; mean 3.4e-8, 3.0e-5,
+/// 7.1e-6, 1.1e-5.
+const MOST: [(&str, &str, [f32; 2]); 4] = [
+    ("paper", "f32", [2e-5, 5e-7]),
+    ("paper", "f16", [6e-3, 2e-4]),
+    ("any_radius", "f32", [0.1, 1e-4]),
+    ("any_radius", "f16", [0.1, 1e-4]),
+];
+
+/// Mean difference of a classic method from the CPU's image: see the library's tests. Measured: 1.1e-5.
+const CLASSIC_MEAN: f32 = 1e-4;
+
+const VIEW: &str =
+    r#"{"eye":[0.5,3.0,5.0],"target":[0.0,0.5,0.0],"fov_y_deg":50,"width":97,"height":61,"radius":0.5}"#;
+
+/// Whether there is a device; where there is none, says so.
+fn has_device() -> bool {
+    match Device::wait_for() {
+        Ok(_) => true,
+        Err(error) if std::env::var_os("AONET_REQUIRE_GPU").is_some_and(|v| v == "1") => panic!("{error}"),
+        Err(error) => {
+            eprintln!("skipped: {error}");
+            false
+        }
+    }
+}
+
+fn aonet(dir: &Path) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_aonet"));
+    command.current_dir(dir);
+    command
+}
+
+fn status(output: &Output) -> (Option<i32>, String) {
+    (output.status.code(), String::from_utf8_lossy(&output.stderr).into_owned())
+}
+
+fn ok(dir: &Path, line: &str) -> String {
+    let (code, stderr) = status(&aonet(dir).args(line.split_whitespace()).output().unwrap());
+    assert_eq!(code, Some(0), "aonet {line}\n{stderr}");
+    stderr
+}
+
+/// A folder with a frame.
+fn desk() -> tempfile::TempDir {
+    let dir = tempfile::tempdir().unwrap();
+    std::fs::write(dir.path().join("view.json"), VIEW).unwrap();
+    ok(dir.path(), "render procedural:clutter_pile:1 --view view.json -o frame.exr");
+    dir
+}
+
+/// Largest and mean difference.
+fn differences(a: &AoImage, b: &AoImage) -> [f32; 2] {
+    let pairs = a.visibility().iter().zip(b.visibility());
+    let off: Vec<_> = pairs.map(|(a, b)| (a - b).abs()).collect();
+    [off.iter().copied().fold(0.0, f32::max), off.iter().sum::<f32>() / off.len() as f32]
+}
+
+#[test]
+fn both_devices_write_the_same_picture() {
+    if !has_device() {
+        return;
+    }
+    let desk = desk();
+    let dir = desk.path();
+    let paper = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets/weights/paper.safetensors");
+    for (network, precision, most) in MOST {
+        let model = if network == "paper" { format!("--model {}", paper.display()) } else { String::new() };
+        let infer = |flags: &str| {
+            let said = ok(dir, &format!("infer frame.exr -o ao.exr {model} {flags}"));
+            (load_ao(&dir.join("ao.exr")).unwrap(), said)
+        };
+        let (expected, _) = infer("--precision f32");
+        let (found, said) = infer(&format!("--device gpu --precision {precision}"));
+        let what = format!("{network}, {precision}");
+        assert!(said.contains(", f16") || said.contains(", f32"), "{what}: {said}");
+        let off = differences(&found, &expected);
+        eprintln!("{what}: {off:?}");
+        assert!((0..2).all(|i| off[i] <= most[i]), "{what}: {off:?} beyond {most:?}");
+        // Another radius, where a network sees it, is another picture.
+        if network == "any_radius" {
+            let (other, _) = infer("--device gpu --radius 0.6");
+            let off = differences(&other, &expected);
+            assert!(off[1] > most[1], "{what}: {off:?} within {most:?}");
+        }
+    }
+}
+
+#[test]
+fn classic_methods_write_the_same_picture_on_both_devices() {
+    if !has_device() {
+        return;
+    }
+    let desk = desk();
+    let classic = |flags: &str| {
+        ok(desk.path(), &format!("classic {flags} frame.exr -o ao.exr"));
+        load_ao(&desk.path().join("ao.exr")).unwrap()
+    };
+    for method in ["ssao:tuned", "gtao:tuned"] {
+        let off = differences(&classic(&format!("{method} --device gpu")), &classic(method));
+        eprintln!("{method}: {off:?}");
+        assert!(off[1] <= CLASSIC_MEAN, "{method}: {off:?}");
+        let other = differences(&classic(&format!("{method} --device gpu --radius 0.6")), &classic(method));
+        assert!(other[1] > CLASSIC_MEAN, "{method}: {other:?}");
+    }
+}
+
+#[test]
+fn a_precision_of_the_other_device_is_refused() {
+    let desk = desk();
+    for (flags, word) in [
+        ("--precision f16", "--device gpu"),
+        ("--device gpu --precision bf16", "--device cpu"),
+        ("--device gpu --precision int8", "--device cpu"),
+    ] {
+        let line = format!("infer frame.exr -o ao.exr {flags}");
+        let (code, stderr) = status(&aonet(desk.path()).args(line.split_whitespace()).output().unwrap());
+        assert_eq!(code, Some(2), "{line}\n{stderr}");
+        assert!(stderr.contains(word) && !stderr.contains("panicked"), "{line}\n{stderr}");
+    }
+}
+
+#[test]
+fn times_are_those_of_passes_or_none() {
+    if !has_device() {
+        return;
+    }
+    let dir = tempfile::tempdir().unwrap();
+    let bench = |flags: &str| -> serde_json::Value {
+        let line =
+            format!("bench --device gpu --size 64x48 --runs 2 --json --peak-tflops 2 --bandwidth 50 {flags}");
+        let output = aonet(dir.path()).args(line.split_whitespace()).output().unwrap();
+        assert_eq!(output.status.code(), Some(0), "{}", status(&output).1);
+        serde_json::from_slice(&output.stdout).unwrap()
+    };
+    let paper = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets/weights/paper.safetensors");
+    let found = bench(&format!("--software --kernels plain --model {} --classic gtao", paper.display()));
+    let rows = found["rows"].as_array().unwrap();
+    let precisions: Vec<_> = rows.iter().map(|row| row["precision"].as_str().unwrap()).collect();
+    assert!(precisions == ["f32", "f16", "f32"] || precisions == ["f32", "f32"], "{precisions:?}");
+    for row in rows {
+        let sum = |what: &str| {
+            row["passes"].as_array().unwrap().iter().map(|p| p[what].as_f64().unwrap()).sum::<f64>()
+        };
+        assert!(row["frame"]["median_ms"].as_f64().unwrap() > 0.0, "{row}");
+        assert!((row["flop"].as_f64().unwrap() / sum("flop") - 1.0).abs() < 1e-9, "{row}");
+        // A pass takes at least the time of its operations and of its bytes; 1 TFLOP/s is 1e9 a millisecond.
+        let floor = row["floor_ms"].as_f64().unwrap();
+        assert!(floor >= (sum("flop") / 2e9).max(sum("bytes") / 50e6) * 0.999_999, "{row}");
+        assert!(floor <= sum("flop") / 2e9 + sum("bytes") / 50e6, "{row}");
+        // Slower than at every peak.
+        assert!(row["estimate_ms"].as_f64().unwrap() > sum("flop") / 12.7e9, "{row}");
+    }
+    if found["type"] == "Cpu" {
+        let found = bench("");
+        assert!(found["not_measured"].as_str().unwrap().contains("--software"), "{found}");
+        let rows = found["rows"].as_array().unwrap();
+        // Two networks, at most in two precisions with two kernels, and six classic methods.
+        assert!((8..=14).contains(&rows.len()) && rows.iter().all(|row| row["frame"].is_null()), "{found}");
+    }
+}
+
+/// The Vulkan loader takes its drivers from these variables.
+#[cfg(target_os = "linux")]
+#[test]
+fn without_a_driver_the_message_says_what_to_install() {
+    let desk = desk();
+    let mut command = aonet(desk.path());
+    command.args(["infer", "frame.exr", "-o", "ao.exr", "--device", "gpu"]);
+    command.env("VK_DRIVER_FILES", "none.json").env("VK_ICD_FILENAMES", "none.json");
+    let (code, stderr) = status(&command.output().unwrap());
+    assert_eq!(code, Some(2), "{stderr}");
+    for word in ["mesa-vulkan-drivers", "--device cpu", "adapter"] {
+        assert!(stderr.contains(word), "{stderr}");
+    }
+    assert!(!desk.path().join("ao.exr").exists());
+}
