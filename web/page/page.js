@@ -18,6 +18,11 @@ function say(text) {
     of("message").hidden = text === "";
 }
 
+/** Whether the device has refused something: what it draws from then on is not to be trusted. */
+function refused() {
+    return of("message").textContent.startsWith(REFUSES);
+}
+
 /** The last sentence: nothing can be shown any more. */
 function stop(text) {
     document.body.dataset.state = "stopped";
@@ -93,7 +98,9 @@ function fit() {
 function change(what) {
     try {
         what(viewer);
-        say("");
+        if (!refused()) {
+            say("");
+        }
     } catch (error) {
         fail(error);
     }
@@ -159,7 +166,7 @@ async function hear() {
         }
         console.error(sentence);
         // What follows from the first is of no use to anybody.
-        if (!of("message").textContent.startsWith(REFUSES)) {
+        if (!refused()) {
             say(`${REFUSES}${sentence}`);
         }
     }

@@ -98,7 +98,9 @@ class Browser:
         return json.loads(message)
 
     def hear(self, event):
-        """Keeps what the page complains about."""
+        """Keeps what the page complains about, as far as anybody reads it."""
+        if len(self.console) == 5:
+            return
         params = event.get("params", {})
         if event.get("method") == "Runtime.exceptionThrown":
             details = params["exceptionDetails"]

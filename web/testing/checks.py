@@ -7,11 +7,15 @@ import pathlib
 from . import picture
 
 SEEDS = pathlib.Path(__file__).resolve().parents[2] / "fuzz/seeds/gltf"
-# A method, and how close its picture must come to the native one [dB]: somewhat below what was measured with SwiftShader
-# here and lavapipe there (see the README). The rasterisers differ along edges.
-METHODS = {"off": 30, "gtao": 30, "vbao": 30, "network": 30, "paper": 30}
-# As many rays as the page traces.
-RAYS = 512
+# Pictures of the native renderer, as crates/aonet_view/tests/golden.rs makes them: the controls that show the same here,
+# and how close it must come [dB].
+GOLDEN = {
+    "shaded": ({"left": "network", "right": "network", "split": 1, "show": "shaded"}, 30),
+    "split": ({"left": "off", "right": "network", "split": 0.5, "show": "shaded"}, 30),
+    "visibility": ({"left": "network", "right": "paper", "split": 0.5, "show": "ao"}, 30),
+    "classic": ({"left": "gtao", "right": "vbao", "split": 0.5, "show": "ao"}, 30),
+    "normals": ({"left": "network", "right": "network", "split": 1, "show": "normals"}, 30),
+}
 
 
 def expect(condition, sentence):
@@ -27,53 +31,39 @@ def without_webgpu(desk):
     return desk.message()
 
 
-def like_native(desk, what, least, **of):
-    """How far the picture is from the native renderer's [dB]."""
-    here = desk.picture()
-    expect(desk.message() == "", f"{what}: the page says {desk.message()!r}")
-    expect(here.spread() > 10, f"{what}: a blank picture, of spread {here.spread():.1f}")
-    apart = picture.psnr(here, desk.native(what, (here.width, here.height), **of))
-    expect(apart >= least, f"{what}: {apart:.1f} dB from the native picture, expected {least}")
-    return f"{what} {apart:.1f} dB"
-
-
-def methods(desk):
-    """Every method draws what the native renderer draws."""
+def pictures(desk):
+    """Are the native renderer's: every kind, networks and classic methods, on both sides of the slider."""
     measured = []
-    for method, least in METHODS.items():
-        desk.set(left=method, right=method)
-        measured.append(like_native(desk, method, least, method=method))
-        desk.screenshot(method)
+    for name, (controls, least) in GOLDEN.items():
+        here = desk.set(**controls)
+        expect(desk.message() == "", f"{name}: the page says {desk.message()!r}")
+        apart = picture.psnr(here, desk.golden(name))
+        desk.screenshot(name)
+        expect(apart >= least, f"{name}: {apart:.1f} dB from the native picture, expected {least}")
+        measured.append(f"{name} {apart:.1f} dB")
     return ", ".join(measured)
 
 
 def reference(desk):
-    """Rays converge to what as many of them are on the native device."""
-    desk.set(left="reference", right="reference", show="ao")
-    measured = like_native(desk, "reference", 30, method="reference", show="ao", spp=RAYS)
+    """Rays converge, to something that the network comes near to and no other picture is."""
+    network = desk.set(scale=0.25, left="network", right="network", split=1, show="ao")
+    traced = desk.set(left="reference", right="reference")
     desk.screenshot("reference")
-    desk.set(left="off", right="off", show="shaded")
-    return measured
-
-
-def kinds(desk):
-    """So does every kind of picture."""
-    measured = []
-    desk.set(left="network", right="network")
-    for show, least in {"ao": 30, "normals": 30}.items():
-        desk.set(show=show)
-        measured.append(like_native(desk, show, least, method="network", show=show))
-        desk.screenshot(show)
-    desk.set(show="shaded")
-    return ", ".join(measured)
+    expect(desk.message() == "", f"the page says {desk.message()!r}")
+    expect("512 rays" in desk.page.run("document.getElementById('times').textContent"), "not all rays were traced")
+    apart = picture.psnr(traced, network)
+    # The network's table in the README says 26.4 dB in the mean; the demo's view is one of its better ones.
+    expect(20 < apart < 40, f"the network is {apart:.1f} dB from the rays")
+    desk.set(left="off", right="off", show="shaded", scale=0.5)
+    return f"the network is {apart:.1f} dB from them"
 
 
 def slider(desk):
     """Left of it is one method, right of it the other."""
     whole = [desk.set(left=method, right=method, split=0) for method in ("off", "network")]
-    both = desk.set(left="off", right="network", split=0.25)
+    both = desk.set(left="off", right="network", split=0.2)
     # The slider itself is a column of its own. Python rounds halves to even numbers, the renderer does not.
-    edge = math.floor(0.25 * both.width + 0.5)
+    edge = math.floor(0.2 * both.width + 0.5)
     for i, (first, end) in enumerate([(0, edge), (edge + 1, both.width)]):
         same = both.columns(first, end).rgba == whole[i].columns(first, end).rgba
         expect(same, f"columns {first} to {end} are not of the method on that side")
@@ -83,13 +73,14 @@ def slider(desk):
 
 
 def radius(desk):
-    """The radius counts, and is what the native renderer makes of it."""
-    before = desk.set(left="network", right="network", show="ao")
-    after = desk.set(radius=-1)
-    expect(before.rgba != after.rgba, "another radius draws the same")
-    measured = like_native(desk, "radius", 30, method="network", show="ao")
+    """A longer radius finds more occluders."""
+    means = []
+    desk.set(left="gtao", right="gtao", split=1, show="ao")
+    for exponent in (-1.8, -1.2):
+        means.append(sum(desk.set(radius=exponent).rgba[0::4]) / 255)
     desk.set(show="shaded")
-    return measured
+    expect(means[1] < 0.98 * means[0], f"visibilities of {means[0]:.0f} and {means[1]:.0f} pixels")
+    return f"visibility {100 * (means[1] / means[0] - 1):.0f} %"
 
 
 def hands(desk):
@@ -110,22 +101,28 @@ def hands(desk):
 
 
 def files(desk):
-    """A file that is broken is named and changes nothing; one that is sound is shown as the native renderer shows it."""
-    before = desk.set(left="network", right="network")
+    """A file that is broken is named and changes nothing; one that is sound is shown."""
+    before = desk.set(left="gtao", right="gtao")
     desk.let_fall("broken.glb", b"glTF, but not for long")
     expect("broken.glb" in desk.message(), f"the page says {desk.message()!r} of a broken file")
     expect(desk.picture().rgba == before.rgba, "a broken file changes the picture")
     desk.screenshot("broken_file")
-    sound = SEEDS / "everything.glb"
+    sound = SEEDS / "triangle.glb"
     desk.let_fall(sound.name, sound.read_bytes())
-    measured = like_native(desk, sound.name, 30, scene=str(sound), method="network")
-    desk.screenshot("file")
-    return measured
+    expect(desk.message() == "", f"the page says {desk.message()!r} of {sound.name}")
+    now = desk.set(split=1, show="normals")
+    seen = [now.rgba[i : i + 3] for i in range(0, len(now.rgba), 4) if now.rgba[i : i + 3] != bytes(3)]
+    # It lies flat, and the camera of files looks down by 0.35 rad (PITCH of src/stage.rs).
+    expected = [255 * (0.5 + 0.5 * n) for n in (0, math.cos(0.35), math.sin(0.35))]
+    near = all(abs(a - b) < 2 for texel in set(seen) for a, b in zip(texel, expected))
+    expect(seen and near, f"normals {set(seen)}, expected {expected}")
+    desk.set(show="shaded")
+    return f"{sound.name} covers {len(seen)} pixels"
 
 
 def sizes(desk):
     """A phone has all of its pixels and nothing to scroll sideways; a canvas without a size does no harm."""
-    desk.set(left="off", right="off", scale=1)
+    desk.set(left="off", right="off", show="shaded", scale=1)
     desk.page.resize((360, 740), scale=2, mobile=True)
     canvas = "document.getElementById('picture')"
     desk.page.wait(f"{canvas}.width === 2 * {canvas}.clientWidth && document.body.dataset.state === 'resting'")
@@ -140,7 +137,9 @@ def sizes(desk):
     expect(desk.picture().spread() > 10, "blank after it had no size")
     desk.page.call("Emulation.setEmulatedMedia", features=[{"name": "prefers-color-scheme", "value": "dark"}])
     desk.screenshot("dark")
-    return desk.page.run(f"{canvas}.width + ' px'")
+    measured = desk.page.run(f"{canvas}.width + ' px'")
+    desk.set(scale=0.5)
+    return measured
 
 
 def lost_device(desk):
@@ -152,4 +151,4 @@ def lost_device(desk):
     return desk.message()
 
 
-WITH_WEBGPU = [methods, reference, kinds, slider, radius, hands, files, sizes, lost_device]
+WITH_WEBGPU = [pictures, reference, slider, radius, hands, sizes, files, lost_device]

@@ -1,20 +1,18 @@
-"""A page in a browser, the server that it comes from, and the native renderer beside it."""
+"""A page in a browser, and the server that it comes from."""
 
 import base64
 import functools
 import http.server
 import json
-import subprocess
 import threading
 
 from . import picture
-from .browser import Absent
 
 # Runs before the page's own scripts: a control is set as a hand sets it, a file falls from above, a device can be lost,
 # pictures are copied, and there are few pixels to begin with, because software draws them.
 HELPERS = """
 addEventListener("DOMContentLoaded", () => {
-    document.getElementById("scale").value = "0.25";
+    document.getElementById("scale").value = "0.5";
     const canvas = document.getElementById("picture");
     canvas.addEventListener("draw", () => {
         window.paper = new OffscreenCanvas(canvas.width, canvas.height);
@@ -38,7 +36,6 @@ if (globalThis.GPUAdapter) {
     };
 }
 """
-DEMO = "procedural:furnished_room:20"
 
 
 class Quiet(http.server.SimpleHTTPRequestHandler):
@@ -54,9 +51,9 @@ def serve(folder):
 
 
 class Desk:
-    def __init__(self, page, url, aonet, folder, out):
-        """`aonet` draws into `folder`, which is served as well; screenshots go to `out`."""
-        self.page, self.url, self.aonet, self.folder, self.out = page, url, aonet, folder, out
+    def __init__(self, page, url, out):
+        """The page is at `url`, pictures of the native renderer in `golden/` below it; screenshots go to `out`."""
+        self.page, self.url, self.out = page, url, out
         self.page.open(url, HELPERS)
         self.rest()
 
@@ -80,15 +77,9 @@ class Desk:
     def screenshot(self, name):
         self.page.screenshot(self.out / f"{name}.png")
 
-    def native(self, name, size, scene=DEMO, **of):
-        """What the native renderer draws from where the page's viewer stands."""
-        (self.folder / "view.json").write_text(self.page.run("document.getElementById('view').textContent"))
-        command = [self.aonet, "view", scene, "--headless", "--view", self.folder / "view.json", "--out", self.folder / name]
-        command += ["--size", "{}x{}".format(*size)] + [word for k, v in of.items() for word in (f"--{k}", v)]
-        drawn = subprocess.run(list(map(str, command)), capture_output=True, text=True)
-        if drawn.returncode != 0:
-            raise Absent(f"native picture: {drawn.stderr.strip()}")
-        return picture.in_file(self.page, f"{self.url}{name}/frame_0000.png")
+    def golden(self, name):
+        """A picture of the native renderer."""
+        return picture.in_file(self.page, f"{self.url}golden/{name}.png")
 
     def act(self, method, *events):
         """Input of the browser, and what the page makes of it."""
