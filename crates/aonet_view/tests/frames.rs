@@ -2,11 +2,12 @@
 
 mod common;
 
+use aonet::net::gpu::{Device, wgpu};
 use aonet::net::{Model, cpu, shipped};
 use aonet::{AoImage, AoParams};
 use aonet_offline::reference::{Sampling, reference_ao};
 use aonet_offline::scene::procedural::Kind;
-use aonet_view::renderer::readback;
+use aonet_view::renderer::{Present, readback};
 use aonet_view::{Frame, Method, Show};
 use common::{demo, device, draw, frame, proposed, renderer};
 
@@ -169,7 +170,6 @@ fn the_reference_converges_while_nothing_moves_and_starts_over_when_something_do
 #[test]
 fn passes_are_timed_where_the_device_has_a_clock() {
     let Some(device) = device() else { return };
-    use aonet::net::gpu::wgpu;
     let (tracer, view) = demo((64, 36));
     let mut renderer = renderer(&device, tracer.scene(), (64, 36));
     for _ in 0..3 {
@@ -200,4 +200,64 @@ fn a_lost_device_is_an_error_and_no_panic() {
     assert!(message.contains("device"), "{message}");
     assert!(renderer.resize((8, 8)).is_err());
     assert!(aonet_view::Renderer::new((&device.device, &device.queue), tracer.scene(), (16, 9)).is_err());
+}
+
+/// A picture on a target of a format, stretched.
+fn presented(
+    device: &Device,
+    renderer: &aonet_view::Renderer,
+    of: (wgpu::TextureFormat, [u32; 2]),
+) -> Vec<u8> {
+    let (format, [width, height]) = of;
+    let target = device.device.create_texture(&wgpu::TextureDescriptor {
+        label: None,
+        size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format,
+        usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
+        view_formats: &[],
+    });
+    let back = device.device.create_buffer(&wgpu::BufferDescriptor {
+        label: None,
+        size: u64::from(256 * height),
+        usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
+        mapped_at_creation: false,
+    });
+    let mut encoder = device.device.create_command_encoder(&Default::default());
+    let present = Present::new((&device.device, &device.queue), format);
+    present.encode(&mut encoder, renderer.picture(), &target.create_view(&Default::default()));
+    let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(256), rows_per_image: None };
+    let to = wgpu::TexelCopyBufferInfo { buffer: &back, layout };
+    encoder.copy_texture_to_buffer(target.as_image_copy(), to, target.size());
+    device.queue.submit([encoder.finish()]);
+    back.map_async(wgpu::MapMode::Read, .., Result::unwrap);
+    device.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
+    let bytes = back.get_mapped_range(..).unwrap();
+    bytes.chunks_exact(256).flat_map(|row| &row[..4 * width as usize]).copied().collect()
+}
+
+#[test]
+fn a_target_shows_the_picture_whatever_it_encodes() {
+    let Some(device) = device() else { return };
+    let (tracer, view) = demo((64, 36));
+    let mut renderer = renderer(&device, tracer.scene(), (64, 36));
+    draw(&device, &mut renderer, &Frame { methods: [Method::Off; 2], ..frame(&view) });
+    let picture = readback::picture(&renderer).unwrap();
+    let apart = |a: &[u8], b: &[u8]| a.iter().zip(b).map(|(a, b)| a.abs_diff(*b)).max().unwrap();
+    let plain = presented(&device, &renderer, (wgpu::TextureFormat::Rgba8Unorm, [64, 36]));
+    let encoding = presented(&device, &renderer, (wgpu::TextureFormat::Rgba8UnormSrgb, [64, 36]));
+    assert_eq!((plain.len(), apart(&plain, &picture)), (picture.len(), 0));
+    assert!(apart(&encoding, &picture) <= 1, "{}", apart(&encoding, &picture));
+    let half = presented(&device, &renderer, (wgpu::TextureFormat::Rgba8Unorm, [32, 18]));
+    // Between four texels all count alike.
+    let mean = |x: usize, y: usize, c: usize| {
+        let texel = |x: usize, y: usize| u32::from(picture[4 * (64 * y + x) + c]);
+        texel(2 * x, 2 * y) + texel(2 * x + 1, 2 * y) + texel(2 * x, 2 * y + 1) + texel(2 * x + 1, 2 * y + 1)
+    };
+    for i in 0..32 * 18 * 4 {
+        let (x, y, c) = (i / 4 % 32, i / 128, i % 4);
+        assert!((f64::from(half[i]) - f64::from(mean(x, y, c)) / 4.0).abs() <= 2.0, "({x}, {y})");
+    }
 }

@@ -28,9 +28,9 @@ const ERROR: u32 = 3u;
 const EXPOSURE: f32 = 0.45;
 /// World-space directions and radiances, chosen by eye.
 const TO_KEY: vec3<f32> = vec3(0.38, 0.80, 0.46);
-const KEY: vec3<f32> = vec3(0.85, 0.80, 0.70);
-const ABOVE: vec3<f32> = vec3(0.78, 0.84, 0.95);
-const BELOW: vec3<f32> = vec3(0.46, 0.42, 0.38);
+const KEY: vec3<f32> = vec3(0.52, 0.48, 0.42);
+const ABOVE: vec3<f32> = vec3(1.00, 1.06, 1.16);
+const BELOW: vec3<f32> = vec3(0.66, 0.61, 0.56);
 
 /// A triangle that covers the target.
 @vertex

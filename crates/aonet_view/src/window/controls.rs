@@ -19,7 +19,8 @@ pub(super) fn show(context: &Context, viewer: &mut Viewer, facts: Facts) -> Opti
     if !viewer.controls {
         return None;
     }
-    let shown = Window::new("aonet").default_pos([12.0, 12.0]).default_width(260.0).show(context, |ui| {
+    let panel = Window::new("aonet").default_pos([12.0, 12.0]).default_width(260.0).vscroll(true);
+    let shown = panel.show(context, |ui| {
         methods(ui, viewer);
         ui.separator();
         numbers(ui, viewer);

@@ -129,3 +129,74 @@ fn pressed(code: KeyCode, viewer: &mut Viewer) -> Option<Request> {
     }
     None
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::viewer::tests::viewer;
+    use super::*;
+    use winit::dpi::PhysicalPosition;
+    use winit::event::DeviceId;
+
+    const SIZE: (u32, u32) = (200, 100);
+
+    fn to(x: f64, y: f64) -> WindowEvent {
+        WindowEvent::CursorMoved { device_id: DeviceId::dummy(), position: PhysicalPosition::new(x, y) }
+    }
+
+    fn mouse(button: MouseButton, state: ElementState) -> WindowEvent {
+        WindowEvent::MouseInput { device_id: DeviceId::dummy(), state, button }
+    }
+
+    /// Drags from a place to another one.
+    fn drag(viewer: &mut Viewer, button: MouseButton, [from, by]: [(f64, f64); 2]) {
+        let (pressed, released) =
+            (mouse(button, ElementState::Pressed), mouse(button, ElementState::Released));
+        let mut mouse = Mouse::default();
+        let moves = [to(from.0, from.1), pressed, to(from.0 + by.0, from.1 + by.1), released, to(0.0, 0.0)];
+        moves.iter().for_each(|event| mouse.on(event, SIZE, viewer));
+    }
+
+    #[test]
+    fn drags_turn_look_pan_and_slide() {
+        let begin = viewer();
+        let dragged = |button, from| {
+            let mut viewer = viewer();
+            drag(&mut viewer, button, [from, (25.0, 0.0)]);
+            viewer
+        };
+        let turned = dragged(MouseButton::Left, (10.0, 50.0));
+        assert!((turned.orbit.yaw - begin.orbit.yaw + 0.25 * TURN).abs() < 1e-5);
+        assert!(turned.orbit.target.distance(begin.orbit.target) < 1e-5);
+        let looked = dragged(MouseButton::Right, (10.0, 50.0));
+        assert!(looked.orbit.eye().distance(begin.orbit.eye()) < 1e-4 && looked.orbit.yaw != begin.orbit.yaw);
+        let panned = dragged(MouseButton::Middle, (10.0, 50.0));
+        assert!(panned.orbit.yaw == begin.orbit.yaw && panned.orbit.target != begin.orbit.target);
+        let slid = dragged(MouseButton::Left, (103.0, 50.0));
+        assert!((slid.split - 0.64).abs() < 1e-6 && slid.orbit == begin.orbit, "{}", slid.split);
+    }
+
+    #[test]
+    fn panning_keeps_what_is_looked_at_below_the_mouse() {
+        let mut viewer = viewer();
+        let before = viewer.orbit.target;
+        drag(&mut viewer, MouseButton::Middle, [(20.0, 50.0), (10.0, -20.0)]);
+        let camera = viewer.frame((200, 100)).unwrap().camera;
+        let p = camera.view_from_world.transform_point3(before);
+        let (x, y) = (p.x / -p.z * camera.focal_px(), p.y / -p.z * camera.focal_px());
+        assert!((x - 10.0).abs() < 0.01 && (y - 20.0).abs() < 0.01, "{x} {y}");
+    }
+
+    #[test]
+    fn keys_choose_and_ask() {
+        let mut viewer = viewer();
+        assert_eq!(pressed(KeyCode::Digit3, &mut viewer), None);
+        assert_eq!(viewer.show, crate::Show::Normals);
+        let methods = viewer.methods;
+        pressed(KeyCode::KeyX, &mut viewer);
+        assert_eq!(viewer.methods, [methods[1], methods[0]]);
+        pressed(KeyCode::KeyH, &mut viewer);
+        assert!(!viewer.controls);
+        assert_eq!(pressed(KeyCode::KeyP, &mut viewer), Some(Request::Screenshot));
+        assert_eq!(pressed(KeyCode::KeyZ, &mut viewer), None);
+    }
+}

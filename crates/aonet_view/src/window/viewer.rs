@@ -96,7 +96,8 @@ impl Viewer {
             methods: self.methods,
             split: self.split,
             show: self.show,
-            samples: self.samples,
+            // Who waits for scores does not wait for frames.
+            samples: if self.wants_scores { self.samples.max(16) } else { self.samples },
             traced: self.wants_scores,
         })
     }
@@ -202,5 +203,74 @@ impl Viewer {
     /// Shows an error to people.
     pub(super) fn complain(&mut self, error: &Error) {
         self.message = error.to_string();
+    }
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::*;
+    use aonet_offline::Scene;
+
+    /// A triangle in a window.
+    pub(in super::super) fn viewer() -> Viewer {
+        let position = vec![Vec3::ZERO, Vec3::X, Vec3::Y];
+        let scene =
+            Scene { position, normal: vec![Vec3::Z; 3], triangle: vec![[0, 1, 2]], ..Scene::default() };
+        let text = br#"{"eye": [0, 0, 3], "target": [0, 0, 0], "width": 200, "height": 100, "radius": 0.5}"#;
+        let view = serde_json::from_slice(text).unwrap();
+        let methods = [Method::Gtao, Method::Network];
+        let (split, show, way) = (0.5, Show::Shaded, None);
+        Viewer::new(Start { tracer: Tracer::new(scene), view, methods, split, show, way })
+    }
+
+    #[test]
+    fn held_keys_walk_and_stalls_are_no_leaps() {
+        let mut viewer = viewer();
+        viewer.held.insert(KeyCode::KeyW);
+        viewer.advance(Duration::from_millis(100));
+        assert!((viewer.orbit.eye().z - 2.85).abs() < 1e-4, "{}", viewer.orbit.eye());
+        viewer.advance(Duration::from_secs(3600));
+        assert!(viewer.orbit.eye().z > 2.0, "{}", viewer.orbit.eye());
+    }
+
+    #[test]
+    fn a_way_is_recorded_and_gone() {
+        let mut viewer = viewer();
+        viewer.toggle_replay();
+        assert_eq!((viewer.motion, viewer.message.as_str()), (Motion::Free, "nothing is recorded yet"));
+        assert!(viewer.toggle_record().is_none());
+        viewer.advance(Duration::ZERO);
+        let begin = viewer.orbit;
+        assert_eq!(viewer.toggle_record().map(|way| way.keys.len()), Some(1));
+        viewer.orbit.turn(1.0, 0.0);
+        viewer.toggle_replay();
+        viewer.advance(Duration::ZERO);
+        assert!(viewer.orbit.eye().distance(begin.eye()) < 1e-4);
+        assert_eq!(viewer.motion, Motion::Free);
+    }
+
+    #[test]
+    fn a_broken_file_is_a_message_and_the_scene_stays() {
+        let mut viewer = viewer();
+        viewer.open("no/such.glb".into());
+        let since = Instant::now();
+        while viewer.loading.is_some() && since.elapsed() < Duration::from_secs(60) {
+            assert!(!viewer.take_loaded());
+        }
+        assert!(viewer.message.contains("such.glb"), "{}", viewer.message);
+        assert_eq!(viewer.tracer.scene().triangle.len(), 1);
+    }
+
+    #[test]
+    fn frames_have_a_size_at_any_scale() {
+        let mut viewer = viewer();
+        assert_eq!(viewer.frame_size((201, 100), 8192), (201, 100));
+        viewer.scale = 0.25;
+        assert_eq!(
+            [viewer.frame_size((201, 100), 8192), viewer.frame_size((1, 0), 8192)],
+            [(50, 25), (1, 1)]
+        );
+        viewer.scale = 2.0;
+        assert_eq!(viewer.frame_size((5000, 100), 8192), (8192, 200));
     }
 }
