@@ -23,6 +23,7 @@ mod cmd {
     pub(crate) mod trace;
     pub(crate) mod train;
     pub(crate) mod tune;
+    pub(crate) mod view;
 }
 
 use clap::{CommandFactory, Parser, Subcommand};
@@ -60,6 +61,7 @@ enum Command {
     Info(cmd::info::Args),
     Bench(cmd::bench::Args),
     Paper(cmd::paper::Args),
+    View(cmd::view::Args),
     /// Print a script that completes commands and options in a shell.
     Completions {
         /// Which shell.
@@ -110,6 +112,7 @@ fn run(command: Command) -> anyhow::Result<Outcome> {
         Command::Info(args) => cmd::info::run(&args)?,
         Command::Bench(args) => cmd::bench::run(&args)?,
         Command::Paper(args) => cmd::paper::run(&args)?,
+        Command::View(args) => cmd::view::run(args)?,
         Command::Completions { shell } => {
             let mut script = Vec::new();
             clap_complete::generate(shell, &mut Cli::command(), "aonet", &mut script);

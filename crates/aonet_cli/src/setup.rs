@@ -73,16 +73,16 @@ pub(crate) struct StageArgs {
     pub(crate) view: Option<PathBuf>,
     /// The scene is one to stand inside: no floor is added, the camera goes between its walls.
     #[arg(long)]
-    environment: bool,
+    pub(crate) environment: bool,
     /// Image width [px].
     #[arg(long)]
-    width: Option<usize>,
+    pub(crate) width: Option<usize>,
     /// Image height [px].
     #[arg(long)]
-    height: Option<usize>,
+    pub(crate) height: Option<usize>,
     /// Which of the cameras that are placed by themselves.
     #[arg(long, default_value_t = 0)]
-    seed: u64,
+    pub(crate) seed: u64,
 }
 
 impl StageArgs {

@@ -35,9 +35,9 @@ fn multiply(a: u32, b: u32) -> vec2<u32> {
     return vec2(a * b, (a >> 16u) * (b >> 16u) + (middle >> 16u) + (other >> 16u));
 }
 
-/// a ^ a >> shift, times b.
+/// a ^ (a >> shift), times b.
 fn fold(a: vec2<u32>, shift: u32, b: vec2<u32>) -> vec2<u32> {
-    let f = a ^ vec2(a.x >> shift | a.y << (32u - shift), a.y >> shift);
+    let f = a ^ vec2((a.x >> shift) | (a.y << (32u - shift)), a.y >> shift);
     return multiply(f.x, b.x) + vec2(0u, f.x * b.y + f.y * b.x);
 }
 

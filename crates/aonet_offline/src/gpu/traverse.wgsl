@@ -68,7 +68,7 @@ fn meets(node: u32, ray: Ray, inverse: vec3<f32>) -> u32 {
         let bits = select(vec4(0u), vec4(1u, 2u, 4u, 8u), enter <= leave);
         met |= (bits.x | bits.y | bits.z | bits.w) << (4u * half);
     }
-    return node << 8u | met;
+    return (node << 8u) | met;
 }
 
 /// Whether the ray meets any triangle.
@@ -99,7 +99,7 @@ fn blocked(ray: Ray) -> bool {
             continue;
         }
         let first = word & 0xfffffffu;
-        let last = first + (word >> 28u & 7u);
+        let last = first + ((word >> 28u) & 7u);
         for (var triangle = first; triangle <= last; triangle++) {
             if (hits(triangle, ray)) {
                 return true;

@@ -18,10 +18,10 @@ pub fn add_ground(scene: &mut Scene) {
     let middle = bounds.centre().with_y(bounds.min.y);
     let corner = |x, z| middle + half * Vec3::new(x, 0.0, z);
     scene.append(&Scene {
-        name: String::new(),
         position: vec![corner(-1.0, -1.0), corner(-1.0, 1.0), corner(1.0, 1.0), corner(1.0, -1.0)],
         normal: vec![Vec3::Y; 4],
         triangle: vec![[0, 1, 2], [0, 2, 3]],
+        ..Scene::default()
     });
 }
 

@@ -1,5 +1,6 @@
-//! A scene is one indexed triangle mesh in world space: all that ambient occlusion asks of it.
+//! A scene is one indexed triangle mesh in world space: all that ambient occlusion asks of it, and colours for the eye.
 
+pub mod colours;
 pub mod gltf;
 pub mod ground;
 pub mod normals;
@@ -23,7 +24,14 @@ pub struct Scene {
     pub normal: Vec<Vec3>,
     /// Vertex indices of each triangle, counter-clockwise seen from the front.
     pub triangle: Vec<[u32; 3]>,
+    /// Linear reflectance (red, green, blue) of each triangle in [0, 1], or empty: [`DEFAULT_ALBEDO`] everywhere. Ambient
+    /// occlusion does not ask for it; pictures do.
+    pub albedo: Vec<[f32; 3]>,
 }
+
+/// Reflectance of triangles about which nothing is known.
+// guess: plaster.
+pub const DEFAULT_ALBEDO: [f32; 3] = [0.7; 3];
 
 /// Axis-aligned box.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -74,6 +82,13 @@ impl Scene {
                 format!("{:?} in triangle {t}", self.triangle[t]),
             ));
         }
+        if !self.albedo.is_empty() && self.albedo.len() != self.triangle.len() {
+            let found = format!("{} and {}", self.albedo.len(), self.triangle.len());
+            return Err(wrong("as many albedos as triangles, or none", found));
+        }
+        if let Some(t) = self.albedo.iter().position(|a| !a.iter().all(|c| (0.0..=1.0).contains(c))) {
+            return Err(wrong("albedos in [0, 1]", format!("{:?} in triangle {t}", self.albedo[t])));
+        }
         Ok(self)
     }
 
@@ -86,8 +101,46 @@ impl Scene {
     /// Appends the triangles of `other`.
     pub fn append(&mut self, other: &Scene) {
         let base = self.position.len() as u32;
+        if !self.albedo.is_empty() || !other.albedo.is_empty() {
+            self.albedo.resize(self.triangle.len(), DEFAULT_ALBEDO);
+            self.albedo.extend_from_slice(&other.albedo);
+            self.albedo.resize(self.triangle.len() + other.triangle.len(), DEFAULT_ALBEDO);
+        }
         self.position.extend_from_slice(&other.position);
         self.normal.extend_from_slice(&other.normal);
         self.triangle.extend(other.triangle.iter().map(|t| t.map(|i| i + base)));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn triangle(albedo: Vec<[f32; 3]>) -> Scene {
+        let position = vec![Vec3::ZERO, Vec3::X, Vec3::Y];
+        Scene { position, normal: vec![Vec3::Z; 3], triangle: vec![[0, 1, 2]], albedo, ..Scene::default() }
+    }
+
+    #[test]
+    fn colours_stay_with_their_triangles() {
+        let (red, green) = ([1.0, 0.0, 0.0], [0.0, 1.0, 0.0]);
+        let mut scene = triangle(vec![]);
+        scene.append(&triangle(vec![]));
+        assert!(scene.albedo.is_empty());
+        scene.append(&triangle(vec![red]));
+        scene.append(&triangle(vec![]));
+        scene.append(&triangle(vec![green]));
+        assert_eq!(
+            scene.checked().unwrap().albedo,
+            [DEFAULT_ALBEDO, DEFAULT_ALBEDO, red, DEFAULT_ALBEDO, green]
+        );
+    }
+
+    #[test]
+    fn impossible_colours_are_refused() {
+        for albedo in [vec![[0.5; 3]; 2], vec![[0.5, f32::NAN, 0.5]], vec![[1.5, 0.0, 0.0]]] {
+            let message = triangle(albedo).checked().unwrap_err().to_string();
+            assert!(message.contains("albedo"), "{message}");
+        }
     }
 }

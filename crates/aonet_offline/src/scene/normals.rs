@@ -63,7 +63,10 @@ fn corners(scene: &Scene, triangle: [u32; 3]) -> [Vec3; 3] {
 pub(crate) fn prune(scene: &mut Scene) {
     let position = &scene.position;
     let is_point = |p: [Vec3; 3]| p.iter().all(|p| p.is_finite()) && face(p).is_none();
-    scene.triangle.retain(|t| !is_point(t.map(|i| position[i as usize])));
+    let is_kept = |t: &[u32; 3]| !is_point(t.map(|i| position[i as usize]));
+    let mut triangles = scene.triangle.iter();
+    scene.albedo.retain(|_| triangles.next().is_some_and(is_kept));
+    scene.triangle.retain(is_kept);
     let mut new_index = vec![u32::MAX; scene.position.len()];
     scene.triangle.as_flattened().iter().for_each(|&i| new_index[i as usize] = 0);
     new_index.iter_mut().filter(|i| **i == 0).zip(0..).for_each(|(index, new)| *index = new);

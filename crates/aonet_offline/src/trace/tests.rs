@@ -19,7 +19,13 @@ fn soup(triangles: impl IntoIterator<Item = [Vec3; 3]>) -> Scene {
     let position: Vec<Vec3> = triangles.into_iter().flatten().collect();
     let n = position.len() as u32;
     let triangle = (0..n / 3).map(|i| [3 * i, 3 * i + 1, 3 * i + 2]).collect();
-    Scene { name: "soup".into(), normal: vec![Vec3::Y; position.len()], position, triangle }
+    Scene {
+        name: "soup".into(),
+        normal: vec![Vec3::Y; position.len()],
+        position,
+        triangle,
+        ..Scene::default()
+    }
 }
 
 /// `n` triangles of edge length about `size` in the cube around `centre`.

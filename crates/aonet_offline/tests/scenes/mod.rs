@@ -7,7 +7,7 @@ use glam::Vec3;
 pub(crate) fn quad(corner: Vec3, a: Vec3, b: Vec3) -> Scene {
     let normal = vec![a.cross(b).normalize(); 4];
     let position = vec![corner, corner + a, corner + a + b, corner + b];
-    Scene { name: "quad".into(), position, normal, triangle: vec![[0, 1, 2], [0, 2, 3]] }
+    Scene { name: "quad".into(), position, normal, triangle: vec![[0, 1, 2], [0, 2, 3]], ..Scene::default() }
 }
 
 pub(crate) fn floor(half: f32) -> Scene {
@@ -42,7 +42,7 @@ pub(crate) fn sphere(centre: Vec3, radius: f32, n: u32) -> Scene {
         })
     });
     let position = normal.iter().map(|n| centre + radius * *n).collect();
-    Scene { name: "sphere".into(), position, normal, triangle: triangle.collect() }
+    Scene { name: "sphere".into(), position, normal, triangle: triangle.collect(), ..Scene::default() }
 }
 
 /// A view of 9x9 pixels, so narrow that all of them show very nearly `target`.

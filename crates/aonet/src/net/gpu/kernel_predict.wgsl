@@ -5,7 +5,8 @@
 /// The pixels of the patches that a group has.
 fn predict(group: u32, column: u32, first_row: u32) {
     for (var pixel = group; pixel < PATCH * PATCH; pixel += GROUPS) {
-        var visibility: array<f32, CELLS>;
+        // Zeros must be written: left to the declaration, SwiftShader makes them once and not for every pixel.
+        var visibility = array<f32, CELLS>();
         for (var c = 0u; c < 3u; c++) {
             var kernels = outputs(pixel * 3u + c, column, first_row);
             for (var cell = 0u; cell < CELLS; cell++) {

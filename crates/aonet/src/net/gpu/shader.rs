@@ -44,8 +44,9 @@ impl Shader {
 
     /// A number.
     pub(super) fn float(self, name: &str, value: f32) -> Self {
-        // Rust prints as many digits as it takes to read the same number again.
-        self.constant(name, ("f32", format!("{value:?}f")))
+        // Rust prints as few digits as it takes to read the same number again. Those for 64 bits: rounded for 32, the largest
+        // number is a decimal above it, which WGSL forbids and browsers refuse.
+        self.constant(name, ("f32", format!("{:?}f", f64::from(value))))
     }
 
     /// A condition.
@@ -68,5 +69,21 @@ impl Shader {
     /// The whole.
     pub(super) fn source(&self) -> &str {
         &self.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn decimals_are_numbers_of_32_bits() {
+        for value in [f32::MAX, f32::MIN, f32::MIN_POSITIVE, 0.1, -0.0, 1.0] {
+            let shader = Shader::new(Precision::F32).float("X", value);
+            let line = shader.source().lines().last().unwrap().to_owned();
+            let text = line.strip_prefix("const X: f32 = ").and_then(|l| l.strip_suffix("f;")).unwrap();
+            let exact: f64 = text.parse().unwrap();
+            assert_eq!(exact, f64::from(value), "{line}");
+        }
     }
 }

@@ -1,7 +1,7 @@
 //! Accessors: typed arrays in the buffers, dense or sparse, at any stride and component type.
 
 use super::buffers::Buffers;
-use super::json::{Accessor, Document, Sparse, at};
+use super::json::{Accessor, Document, Material, Sparse, at};
 use aonet::{Error, Result};
 use std::cell::Cell;
 
@@ -63,6 +63,16 @@ impl<'a> Accessors<'a> {
     /// Length of an accessor, without reading it.
     pub(super) fn count(&self, index: usize) -> Result<usize> {
         Ok(at(&self.document.accessors, index, "accessor")?.count)
+    }
+
+    /// Numbers in an element of an accessor, where its type is known.
+    pub(super) fn components(&self, index: usize) -> Option<usize> {
+        self.document.accessors.get(index).and_then(|a| components(&a.shape))
+    }
+
+    /// What the primitives of the document are made of.
+    pub(super) fn materials(&self) -> &'a [Material] {
+        &self.document.materials
     }
 
     /// Whether an accessor has bytes of its own.

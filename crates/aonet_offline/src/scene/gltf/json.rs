@@ -34,6 +34,7 @@ pub(super) struct Document {
     pub(super) scenes: Vec<Roots>,
     pub(super) nodes: Vec<Node>,
     pub(super) meshes: Vec<Mesh>,
+    pub(super) materials: Vec<Material>,
     pub(super) skins: Vec<Skin>,
     pub(super) accessors: Vec<Accessor>,
     pub(super) buffer_views: Vec<BufferView>,
@@ -105,6 +106,7 @@ pub(super) struct Primitive {
     pub(super) indices: Option<usize>,
     #[serde(default = "triangle_list")]
     pub(super) mode: u32,
+    pub(super) material: Option<usize>,
     #[serde(default)]
     pub(super) targets: Vec<BTreeMap<String, usize>>,
     #[serde(default)]
@@ -113,6 +115,18 @@ pub(super) struct Primitive {
 
 fn triangle_list() -> u32 {
     4
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+pub(super) struct Material {
+    pub(super) pbr_metallic_roughness: MetallicRoughness,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+pub(super) struct MetallicRoughness {
+    pub(super) base_color_factor: Option<[f32; 4]>,
 }
 
 #[derive(Debug, Default, Deserialize)]

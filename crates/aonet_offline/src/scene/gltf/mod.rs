@@ -1,8 +1,10 @@
 //! glTF 2.0 files, text and binary, as one mesh in world space: every triangle of the default scene at rest
-//! (node hierarchy, instances, morph targets at their default weights, skins), nothing of its materials.
+//! (node hierarchy, instances, morph targets at their default weights, skins), of its materials only
+//! the base colour.
 
 mod accessor;
 mod buffers;
+mod colour;
 mod json;
 mod nodes;
 mod primitive;
@@ -91,6 +93,7 @@ impl PlacedMesh<'_> {
         for (i, primitive) in self.mesh.primitives.iter().enumerate() {
             let what = format!("glTF mesh {} primitive {i}", self.index);
             let Some(mut part) = primitive::read(accessors, primitive, weights, &what)? else { continue };
+            part.albedo = colour::of_triangles(accessors, primitive, &part.triangle)?;
             let influences = match &self.joints {
                 Some(joints) => {
                     primitive::influences(accessors, primitive, (part.position.len(), joints.len()), &what)?

@@ -31,7 +31,7 @@ pub(super) fn read(
     if let Some(found) = indices.iter().find(|&&i| i as usize >= position.len()) {
         return Err(Error::format(format!("{what} indices"), format!("below {}", position.len()), found));
     }
-    Ok(Some(Scene { name: String::new(), position, normal, triangle: topology(&indices) }))
+    Ok(Some(Scene { position, normal, triangle: topology(&indices), ..Scene::default() }))
 }
 
 type Topology = fn(&[u32]) -> Vec<[u32; 3]>;

@@ -200,7 +200,13 @@ impl Mesh {
         let kept = |t: &[u32; 3]| self.area_vector(*t).length_squared() > 1e-18;
         let triangle = self.triangle.iter().copied().filter(kept).collect();
         self.triangle = triangle;
-        Scene { name, position: self.position, normal: self.normal, triangle: self.triangle }
+        Scene {
+            name,
+            position: self.position,
+            normal: self.normal,
+            triangle: self.triangle,
+            ..Scene::default()
+        }
     }
 }
 

@@ -2,6 +2,7 @@
 
 mod arrays;
 mod builder;
+mod colour;
 mod container;
 mod hostile;
 mod placement;

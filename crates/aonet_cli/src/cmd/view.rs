@@ -1,0 +1,96 @@
+//! `aonet view`: a scene in motion, with ambient occlusion by the methods that run on a graphics device.
+
+#[cfg(feature = "viewer")]
+mod headless;
+#[cfg(feature = "viewer")]
+mod stage;
+
+use anyhow::Result;
+use aonet_offline::scene::source::SceneSource;
+use clap::Parser;
+use std::path::PathBuf;
+
+/// Show a scene with ambient occlusion in a window, or draw it into pictures.
+///
+/// Without a scene, one made from code. Without --view, a camera is placed by itself. In the window: drag to turn, shift and
+/// drag to move, scroll to come nearer, W A S D Q E to walk, drop a .glb or .gltf to load it.
+#[derive(Debug, Parser)]
+#[command(after_help = "Methods: off, ssao, hbao, gtao, vbao, agtao, network, paper, reference.
+Examples:
+  aonet view
+  aonet view robot.glb --method network --against reference
+  aonet view --headless --frames 1 --size 640x360 --method network --against off --out pictures
+  aonet view hall.glb --headless --camera-path way.json --frames 120 --out film")]
+#[cfg_attr(not(feature = "viewer"), expect(dead_code, reason = "read by builds with a viewer"))]
+pub(crate) struct Args {
+    /// A .glb or .gltf file, or procedural:KIND:SEED.
+    scene: Option<SceneSource>,
+    /// View (JSON), instead of a camera placed by itself.
+    #[arg(long, value_name = "VIEW.json", requires = "scene")]
+    view: Option<PathBuf>,
+    /// The scene is one to stand inside: no floor is added, the camera goes between its walls.
+    #[arg(long)]
+    environment: bool,
+    /// What computes visibility.
+    #[arg(long, default_value = "network")]
+    method: String,
+    /// Another method, right of the slider.
+    #[arg(long, value_name = "METHOD")]
+    against: Option<String>,
+    /// Place of the slider, in picture widths.
+    #[arg(long, default_value_t = 0.5)]
+    split: f32,
+    /// What is drawn: shaded, ao, normals, or error (method minus reference).
+    #[arg(long, default_value = "shaded")]
+    show: String,
+    /// AO radius instead of the view's [world units].
+    #[arg(long)]
+    radius: Option<f32>,
+    /// Width and height [px].
+    #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = size)]
+    size: (usize, usize),
+    /// The camera's way: keys of seconds, eye and target (JSON), as the window records them.
+    #[arg(long, value_name = "P.json")]
+    camera_path: Option<PathBuf>,
+    /// Draw pictures, without a window.
+    #[arg(long, requires = "out")]
+    headless: bool,
+    /// Pictures to draw: along the camera's way, or else around the middle of the view.
+    #[arg(long, default_value_t = 1, requires = "headless")]
+    frames: usize,
+    /// Folder of the pictures, frame_0000.png and so on.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Rays a pixel of the reference in each picture.
+    #[arg(long, default_value_t = 64, requires = "headless")]
+    spp: u32,
+}
+
+fn size(text: &str) -> std::result::Result<(usize, usize), String> {
+    let sides = text.split_once('x').and_then(|(w, h)| Some((w.parse().ok()?, h.parse().ok()?)));
+    sides.filter(|(w, h)| *w > 0 && *h > 0).ok_or_else(|| "two numbers above 0 with an x between them".into())
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// When this build cannot draw.
+#[cfg(not(feature = "viewer"))]
+pub(crate) fn run(_: Args) -> Result<()> {
+    anyhow::bail!(
+        "cannot show scenes: this program was built without the viewer; build it with `cargo build --release --features viewer`"
+    )
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// When a file is broken or there is no graphics device, and without --headless, no display.
+#[cfg(feature = "viewer")]
+pub(crate) fn run(args: Args) -> Result<()> {
+    let stage = stage::Stage::new(&args)?;
+    match &args.out {
+        Some(out) if args.headless => headless::run(&args, stage, out),
+        _ => Ok(aonet_view::window::run(stage.into_start())?),
+    }
+}

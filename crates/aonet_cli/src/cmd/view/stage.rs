@@ -1,0 +1,51 @@
+//! What the command line says of a scene and how it is shown, checked.
+
+use super::Args;
+use crate::setup::StageArgs;
+use anyhow::{Context, Result};
+use aonet_offline::View;
+use aonet_offline::trace::Tracer;
+use aonet_view::renderer::CameraPath;
+use aonet_view::{Method, Show};
+
+/// A scene, its camera and what is seen of it.
+pub(super) struct Stage {
+    pub(super) tracer: Tracer,
+    pub(super) view: View,
+    pub(super) methods: [Method; 2],
+    pub(super) split: f32,
+    pub(super) show: Show,
+    pub(super) way: Option<CameraPath>,
+}
+
+impl Stage {
+    pub(super) fn new(args: &Args) -> Result<Self> {
+        let first = args.method.parse()?;
+        let second = args.against.as_deref().map(str::parse).transpose()?;
+        let show = args.show.parse()?;
+        let way = args.camera_path.as_ref().map(|path| {
+            let text = std::fs::read(path).map_err(aonet_offline::Error::io(path))?;
+            CameraPath::from_json(&text).with_context(|| path.display().to_string())
+        });
+        let way = way.transpose()?;
+        let (tracer, mut view) = StageArgs {
+            scene: args.scene.clone(),
+            view: args.view.clone(),
+            environment: args.environment,
+            width: Some(args.size.0),
+            height: Some(args.size.1),
+            seed: 0,
+        }
+        .load()?;
+        view.radius = args.radius.unwrap_or(view.radius);
+        view.params()?;
+        let split = if second.is_some() { args.split } else { 1.0 };
+        Ok(Self { tracer, view, methods: [first, second.unwrap_or(first)], split, show, way })
+    }
+
+    /// What a window begins with.
+    pub(super) fn into_start(self) -> aonet_view::window::Start {
+        let Self { tracer, view, methods, split, show, way } = self;
+        aonet_view::window::Start { tracer, view, methods, split, show, way }
+    }
+}

@@ -1,0 +1,149 @@
+//! `aonet view` without a window, and what is said where it cannot show anything.
+
+use std::path::Path;
+use std::process::{Command, Output};
+
+fn aonet(dir: &Path, line: &str) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_aonet"));
+    command.args(line.split_whitespace()).current_dir(dir);
+    command
+}
+
+/// What a command says that cannot run.
+fn refusal(output: &Output) -> String {
+    let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
+    assert_eq!(output.status.code(), Some(2), "{stderr}");
+    assert!(!stderr.contains("panicked"), "{stderr}");
+    stderr
+}
+
+#[test]
+#[cfg(not(feature = "viewer"))]
+fn a_program_without_the_viewer_says_so() {
+    let dir = tempfile::tempdir().unwrap();
+    let said = refusal(&aonet(dir.path(), "view --headless --out x").output().unwrap());
+    assert!(said.contains("--features viewer"), "{said}");
+}
+
+#[cfg(feature = "viewer")]
+mod viewer {
+    use super::*;
+
+    const WAY: &str = r#"{"keys": [{"seconds": 0, "eye": [1.55, 1.5, 1.75], "target": [-1.2, 0.75, -1.5]},
+        {"seconds": 2, "eye": [1.0, 1.5, 1.0], "target": [-1.2, 0.75, -1.5]}]}"#;
+
+    /// Whether there is a device; without one a test says that it was skipped, or fails.
+    fn is_there(dir: &Path) -> bool {
+        let output = aonet(dir, "view --headless --size 8x8 --method off --out probe").output().unwrap();
+        let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
+        let required = std::env::var_os("AONET_REQUIRE_GPU").is_some_and(|v| v == "1");
+        assert!(output.status.success() || !required, "{stderr}");
+        if !output.status.success() {
+            assert!(stderr.contains("adapter"), "{stderr}");
+            eprintln!("skipped: {stderr}");
+        }
+        output.status.success()
+    }
+
+    fn picture(path: &Path) -> image::RgbImage {
+        image::open(path).unwrap().to_rgb8()
+    }
+
+    #[test]
+    fn pictures_along_a_way() {
+        let dir = tempfile::tempdir().unwrap();
+        if !is_there(dir.path()) {
+            return;
+        }
+        std::fs::write(dir.path().join("way.json"), WAY).unwrap();
+        let line = "view --headless --size 64x36 --method gtao --show ao --camera-path way.json --frames 3 --out film/a";
+        let output = aonet(dir.path(), line).output().unwrap();
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        let stdout = String::from_utf8(output.stdout).unwrap();
+        let named: Vec<_> = stdout.lines().map(|line| dir.path().join(line)).collect();
+        let mut there: Vec<_> =
+            std::fs::read_dir(dir.path().join("film/a")).unwrap().map(|e| e.unwrap().path()).collect();
+        there.sort();
+        assert_eq!(named, there);
+        let pictures: Vec<_> = named.iter().map(|path| picture(path)).collect();
+        assert_eq!(pictures.len(), 3);
+        assert!(pictures.iter().all(|p| p.dimensions() == (64, 36)));
+        assert!(pictures[0] != pictures[1] && pictures[1] != pictures[2]);
+        let dark = pictures[0].pixels().filter(|p| p.0[0] < 128).count();
+        assert!(dark > 20, "{dark} dark pixels");
+    }
+
+    #[test]
+    fn one_picture_is_the_view_and_many_go_around() {
+        let dir = tempfile::tempdir().unwrap();
+        if !is_there(dir.path()) {
+            return;
+        }
+        for (folder, frames) in [("one", 1), ("four", 4)] {
+            let line = format!("view --headless --size 32x18 --method off --frames {frames} --out {folder}");
+            assert!(aonet(dir.path(), &line).output().unwrap().status.success());
+        }
+        let [one, first, second] = ["one/frame_0000.png", "four/frame_0000.png", "four/frame_0001.png"]
+            .map(|name| picture(&dir.path().join(name)));
+        let far = |a: &image::RgbImage, b: &image::RgbImage| {
+            a.pixels()
+                .zip(b.pixels())
+                .filter(|(a, b)| a.0.iter().zip(b.0).any(|(a, b)| a.abs_diff(b) > 3))
+                .count()
+        };
+        // The way around begins at the view, up to rounding.
+        assert!(
+            far(&one, &first) < 12 && far(&first, &second) > 100,
+            "{} {}",
+            far(&one, &first),
+            far(&first, &second)
+        );
+    }
+
+    #[test]
+    fn what_cannot_be_is_refused_before_anything_is_written() {
+        let dir = tempfile::tempdir().unwrap();
+        std::fs::write(dir.path().join("empty.json"), r#"{"keys": []}"#).unwrap();
+        for (rest, named) in [
+            ("--method magic", "magic"),
+            ("--against magic", "magic"),
+            ("--show magic", "magic"),
+            ("--size 0x0", "above 0"),
+            ("--size 12", "0"),
+            ("--radius -1", "radius"),
+            ("--camera-path empty.json", "empty.json"),
+            ("--camera-path absent.json", "absent.json"),
+            ("absent.glb", "absent.glb"),
+        ] {
+            let line = format!("view --headless --out pictures --size 8x8 {rest}");
+            let line = if rest.contains("--size") { line.replacen("--size 8x8 ", "", 1) } else { line };
+            let said = refusal(&aonet(dir.path(), &line).output().unwrap());
+            assert!(said.contains(named), "{rest}: {said}");
+        }
+        assert!(!dir.path().join("pictures").exists());
+    }
+
+    #[test]
+    fn without_an_adapter_the_missing_thing_is_named() {
+        let dir = tempfile::tempdir().unwrap();
+        let mut command = aonet(dir.path(), "view --headless --size 8x8 --out pictures");
+        // The Vulkan loader finds no driver then. Other systems bring theirs along.
+        command.env("VK_ICD_FILENAMES", "/nowhere.json").env("VK_DRIVER_FILES", "/nowhere.json");
+        let output = command.output().unwrap();
+        if cfg!(target_os = "linux") {
+            let said = refusal(&output);
+            assert!(said.contains("adapter"), "{said}");
+            assert!(!dir.path().join("pictures").exists());
+        }
+    }
+
+    #[test]
+    #[cfg(target_os = "linux")]
+    fn without_a_display_a_window_is_no_panic() {
+        let dir = tempfile::tempdir().unwrap();
+        let mut command = aonet(dir.path(), "view --size 8x8");
+        command.env_remove("DISPLAY").env_remove("WAYLAND_DISPLAY").env_remove("WAYLAND_SOCKET");
+        let said = refusal(&command.output().unwrap());
+        assert!(said.contains("display"), "{said}");
+    }
+}

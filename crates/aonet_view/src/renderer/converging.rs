@@ -1,0 +1,91 @@
+//! The ray-traced reference: more exact with every frame that nothing moves in.
+
+use super::device::Gpu;
+use super::frame::Frame;
+use super::targets::{self, Target, Targets};
+use crate::Result;
+use aonet::net::gpu::{self as net, DepthEncoding, wgpu};
+use aonet_offline::gpu::{Options, Reference, SceneBuffers, Textures, View};
+use aonet_offline::trace::Tracer;
+
+/// Rays a pixel after which it has converged: a step of an image of 8 bits is larger than what is left.
+// A share of n rays strays by 1 / (2 sqrt n) at most.
+const MOST_SAMPLES: u32 = 16_384;
+
+/// Rays that have been traced from one camera.
+#[derive(Debug)]
+pub(super) struct Converging {
+    scene: SceneBuffers,
+    sized: Option<Sized>,
+    /// What the rays so far belong to.
+    since: Option<net::Frame>,
+}
+
+/// What depends on the size.
+#[derive(Debug)]
+struct Sized {
+    reference: Reference,
+    view: View,
+    visibility: Target,
+    /// Of the textures that the view shows.
+    depth: wgpu::TextureView,
+}
+
+impl Converging {
+    /// # Errors
+    /// When the scene is too large for the device.
+    pub(super) fn new(gpu: &Gpu, tracer: &Tracer) -> Result<Self> {
+        let scene = SceneBuffers::new((&gpu.device, &gpu.queue), tracer)?;
+        Ok(Self { scene, sized: None, since: None })
+    }
+
+    /// Makes ready for frames with these targets.
+    ///
+    /// # Errors
+    /// When memory is short.
+    pub(super) fn prepare(&mut self, gpu: &Gpu, targets: &Targets) -> Result<()> {
+        if self.sized.as_ref().is_some_and(|sized| sized.depth == targets.depth.view) {
+            return Ok(());
+        }
+        let options =
+            Options { depth: DepthEncoding::Linear, output: targets::VISIBILITY, ..Options::default() };
+        let reference = match self.sized.take() {
+            Some(Sized { mut reference, .. }) => reference.resize(targets.size).map(|()| reference),
+            None => Reference::new(&self.scene, targets.size, options),
+        }?;
+        let depth = targets.depth.view.clone();
+        let (normal, geo_normal) = (&targets.normal.view, &targets.geo_normal.view);
+        let view = reference.view(Textures { normal, geo_normal, depth: &depth })?;
+        let visibility = Target::new(gpu, targets.size, targets::VISIBILITY);
+        self.sized = Some(Sized { reference, view, visibility, depth });
+        self.since = None;
+        Ok(())
+    }
+
+    /// Adds the rays of a frame; starts over where camera or radius are others.
+    ///
+    /// # Errors
+    /// When the frame's numbers are out of range.
+    pub(super) fn encode(&mut self, encoder: &mut wgpu::CommandEncoder, frame: &Frame) -> Result<()> {
+        let Some(Sized { reference, view, visibility, .. }) = &mut self.sized else { return Ok(()) };
+        let of = net::Frame { camera: frame.camera, far: frame.far, params: frame.params };
+        if self.since != Some(of) {
+            reference.start(encoder, view, &of)?;
+            self.since = Some(of);
+        }
+        let samples = frame.samples.min(MOST_SAMPLES.saturating_sub(reference.samples()));
+        // No rays at all are a white image, which has to be written once.
+        if samples > 0 || reference.samples() == 0 {
+            reference.encode(encoder, samples, &visibility.view)?;
+        }
+        Ok(())
+    }
+
+    pub(super) fn visibility(&self) -> Option<&Target> {
+        self.sized.as_ref().map(|sized| &sized.visibility)
+    }
+
+    pub(super) fn samples(&self) -> u32 {
+        self.sized.as_ref().map_or(0, |sized| sized.reference.samples())
+    }
+}

@@ -1,0 +1,161 @@
+//! A device, and what every pass makes on it.
+
+use aonet::net::gpu::wgpu;
+
+/// A device and its queue.
+#[derive(Debug, Clone)]
+pub(super) struct Gpu {
+    pub(super) device: wgpu::Device,
+    pub(super) queue: wgpu::Queue,
+}
+
+/// A pass that covers its target: `cover` in `name.wgsl` makes one triangle of three vertices, `main` colours it.
+#[derive(Debug)]
+pub(super) struct Cover {
+    pub(super) pipeline: wgpu::RenderPipeline,
+    pub(super) layout: wgpu::BindGroupLayout,
+}
+
+impl Gpu {
+    /// A buffer of `bytes` that is written from here. Mapping one at once would panic where there is no memory.
+    pub(super) fn buffer(&self, label: &str, bytes: u64, usage: wgpu::BufferUsages) -> wgpu::Buffer {
+        self.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some(label),
+            size: bytes,
+            usage: usage | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        })
+    }
+
+    /// A bind group of these resources, in order.
+    pub(super) fn group(
+        &self,
+        layout: &wgpu::BindGroupLayout,
+        resources: &[wgpu::BindingResource<'_>],
+    ) -> wgpu::BindGroup {
+        let entry = |(binding, resource)| wgpu::BindGroupEntry { binding, resource };
+        let entries: Vec<_> = (0..).zip(resources.iter().cloned()).map(entry).collect();
+        self.device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries })
+    }
+
+    /// A layout of these bindings, in order, for the stages.
+    pub(super) fn layout(
+        &self,
+        stages: wgpu::ShaderStages,
+        types: &[wgpu::BindingType],
+    ) -> wgpu::BindGroupLayout {
+        let entry = |(binding, ty): (u32, &wgpu::BindingType)| wgpu::BindGroupLayoutEntry {
+            binding,
+            visibility: stages,
+            ty: *ty,
+            count: None,
+        };
+        let entries: Vec<_> = (0..).zip(types).map(entry).collect();
+        self.device
+            .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: None, entries: &entries })
+    }
+
+    /// A module and the pipeline layout of one group.
+    pub(super) fn module(
+        &self,
+        (label, source): (&str, &str),
+        group: &wgpu::BindGroupLayout,
+    ) -> (wgpu::ShaderModule, wgpu::PipelineLayout) {
+        let module = self.device.create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: Some(label),
+            source: wgpu::ShaderSource::Wgsl(source.into()),
+        });
+        let layout = self.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: Some(label),
+            bind_group_layouts: &[Some(group)],
+            immediate_size: 0,
+        });
+        (module, layout)
+    }
+
+    /// A [`Cover`] with these bindings.
+    pub(super) fn cover(
+        &self,
+        shader: (&str, &str),
+        types: &[wgpu::BindingType],
+        format: wgpu::TextureFormat,
+    ) -> Cover {
+        let layout = self.layout(wgpu::ShaderStages::FRAGMENT, types);
+        let (module, pipeline_layout) = self.module(shader, &layout);
+        let pipeline = self.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+            label: Some(shader.0),
+            layout: Some(&pipeline_layout),
+            vertex: wgpu::VertexState {
+                module: &module,
+                entry_point: Some("cover"),
+                compilation_options: Default::default(),
+                buffers: &[],
+            },
+            primitive: Default::default(),
+            depth_stencil: None,
+            multisample: Default::default(),
+            fragment: Some(wgpu::FragmentState {
+                module: &module,
+                entry_point: Some("main"),
+                compilation_options: Default::default(),
+                targets: &[Some(format.into())],
+            }),
+            multiview_mask: None,
+            cache: None,
+        });
+        Cover { pipeline, layout }
+    }
+}
+
+impl Cover {
+    /// Draws into `target`.
+    pub(super) fn encode(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        group: &wgpu::BindGroup,
+        target: &wgpu::TextureView,
+        timestamp_writes: Option<wgpu::RenderPassTimestampWrites<'_>>,
+    ) {
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("aonet_view"),
+            color_attachments: &[Some(attachment(target))],
+            timestamp_writes,
+            ..Default::default()
+        });
+        pass.set_pipeline(&self.pipeline);
+        pass.set_bind_group(0, group, &[]);
+        pass.draw(0..3, 0..1);
+    }
+}
+
+/// A target that is cleared to zeros and kept.
+pub(super) fn attachment(view: &wgpu::TextureView) -> wgpu::RenderPassColorAttachment<'_> {
+    wgpu::RenderPassColorAttachment {
+        view,
+        depth_slice: None,
+        resolve_target: None,
+        ops: wgpu::Operations {
+            load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
+            store: wgpu::StoreOp::Store,
+        },
+    }
+}
+
+/// A texture that is read texel by texel.
+pub(super) const TEXTURE: wgpu::BindingType = wgpu::BindingType::Texture {
+    sample_type: wgpu::TextureSampleType::Float { filterable: false },
+    view_dimension: wgpu::TextureViewDimension::D2,
+    multisampled: false,
+};
+
+/// A small buffer of numbers that all invocations see.
+pub(super) const UNIFORM: wgpu::BindingType = wgpu::BindingType::Buffer {
+    ty: wgpu::BufferBindingType::Uniform,
+    has_dynamic_offset: false,
+    min_binding_size: None,
+};
+
+/// Numbers as shaders read them.
+pub(super) fn bytes(values: impl IntoIterator<Item = f32>) -> Vec<u8> {
+    values.into_iter().flat_map(f32::to_le_bytes).collect()
+}

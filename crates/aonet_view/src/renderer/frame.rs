@@ -1,0 +1,130 @@
+//! What a frame shows.
+
+use super::method::Method;
+use crate::{Error, Result};
+use aonet::{AoParams, Camera};
+use std::fmt;
+use std::str::FromStr;
+
+/// What is drawn of the visibility that a method found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Show {
+    /// The lit scene: visibility dims the ambient light only.
+    #[default]
+    Shaded,
+    /// Visibility as grey: 1 white.
+    Visibility,
+    /// View-space shading normals as n/2 + 1/2.
+    Normals,
+    /// The method minus the ray-traced reference: white where they agree, blue where the method is too dark, red where it
+    /// is too bright, full colour at [`aonet_offline::picture::ERROR_SCALE`].
+    Error,
+}
+
+impl Show {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::Shaded, Self::Visibility, Self::Normals, Self::Error];
+
+    /// Its name on a command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Shaded => "shaded",
+            Self::Visibility => "ao",
+            Self::Normals => "normals",
+            Self::Error => "error",
+        }
+    }
+}
+
+impl fmt::Display for Show {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.name())
+    }
+}
+
+impl FromStr for Show {
+    type Err = Error;
+
+    fn from_str(name: &str) -> Result<Self> {
+        let names = Self::ALL.map(Self::name).join(", ");
+        let found = Self::ALL.into_iter().find(|show| show.name() == name);
+        found.ok_or_else(|| Error::request("picture", format!("one of {names}"), format!("{name:?}")))
+    }
+}
+
+/// One frame of a [`Renderer`](super::Renderer).
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Frame {
+    /// The camera, of the renderer's size. A near plane at 0 becomes one shortly before the camera.
+    pub camera: Camera,
+    /// Distance of the far plane [world units]; infinite is allowed.
+    pub far: f32,
+    /// The AO radius.
+    pub params: AoParams,
+    /// The methods left and right of the slider.
+    pub methods: [Method; 2],
+    /// Place of the slider in picture widths, in [0, 1]. At 1 there is the first method only, at 0 the second.
+    pub split: f32,
+    /// What is drawn.
+    pub show: Show,
+    /// Rays a pixel that the reference, where it is seen, grows by. It starts over when camera, radius, size or scene
+    /// change.
+    pub samples: u32,
+    /// Whether the reference grows though it is not seen.
+    pub traced: bool,
+}
+
+impl Frame {
+    /// The default network's visibility in the lit scene.
+    pub fn new(camera: Camera, params: AoParams) -> Self {
+        Self {
+            camera,
+            far: f32::INFINITY,
+            params,
+            methods: [Method::default(); 2],
+            split: 1.0,
+            show: Show::default(),
+            // guess: about the time of the network on a card without ray tracing units.
+            samples: 2,
+            traced: false,
+        }
+    }
+
+    /// Whether it takes the reference.
+    pub fn traces(&self) -> bool {
+        self.seen().contains(&Method::Reference)
+    }
+
+    /// The same frame after a check of its numbers.
+    pub(super) fn checked(mut self, (width, height): (usize, usize)) -> Result<Self> {
+        self.camera = self.camera.checked()?;
+        let wrong = |what: &str, expected: String, found: String| Err(Error::request(what, expected, found));
+        let Camera { width: w, height: h, .. } = self.camera;
+        if (w, h) != (width, height) {
+            return wrong("camera of a frame", format!("{width}x{height}"), format!("{w}x{h}"));
+        }
+        if !(self.far > self.camera.near) {
+            let expected = format!("a distance above near = {}", self.camera.near);
+            return wrong("far plane of a frame", expected, self.far.to_string());
+        }
+        if !(0.0..=1.0).contains(&self.split) {
+            return wrong("slider of a frame", "a place in [0, 1]".into(), self.split.to_string());
+        }
+        self.params = AoParams::new(self.params.radius)?;
+        Ok(self)
+    }
+
+    /// The methods that run, each once.
+    pub(super) fn seen(&self) -> Vec<Method> {
+        let [first, second] = self.methods;
+        let mut seen = Vec::new();
+        let wanted = [(first, self.split > 0.0), (second, self.split < 1.0)];
+        let reference = (Method::Reference, self.show == Show::Error || self.traced);
+        for (method, is_seen) in wanted.into_iter().chain([reference]) {
+            if is_seen && (self.show != Show::Normals || self.traced) && !seen.contains(&method) {
+                seen.push(method);
+            }
+        }
+        seen
+    }
+}

@@ -1,0 +1,141 @@
+//! The G-buffer pass: rasterisation with reversed depth. CPU twin: `aonet_offline::gbuffer`.
+
+use super::device::{Gpu, UNIFORM, attachment, bytes};
+use super::frame::Frame;
+use super::scene::SceneBuffers;
+use super::stopwatch::Stopwatch;
+use super::targets::{self, Targets};
+use aonet::Projection;
+use aonet::net::gpu::wgpu;
+use aonet_offline::scene::Bounds;
+use glam::{Mat4, Vec3, Vec3A};
+
+/// Bytes of the struct `Camera` of `gbuffer.wgsl`.
+const CAMERA_BYTES: u64 = 96;
+
+/// A near plane at 0 comes here, in radii of the scene: reversed depth in floats has room for it.
+// guess: below the distance at which a surface fills the picture.
+const NEAR_IN_RADII: f32 = 1e-5;
+
+/// Draws a scene into the targets.
+#[derive(Debug)]
+pub(super) struct GbufferPass {
+    gpu: Gpu,
+    pipeline: wgpu::RenderPipeline,
+    layout: wgpu::BindGroupLayout,
+    camera: wgpu::Buffer,
+}
+
+impl GbufferPass {
+    pub(super) fn new(gpu: &Gpu) -> Self {
+        let storage = wgpu::BindingType::Buffer {
+            ty: wgpu::BufferBindingType::Storage { read_only: true },
+            has_dynamic_offset: false,
+            min_binding_size: None,
+        };
+        let layout = gpu.layout(wgpu::ShaderStages::VERTEX, &[UNIFORM, storage, storage, storage, storage]);
+        let pipeline = pipeline(gpu, &layout);
+        let camera = gpu.buffer("camera", CAMERA_BYTES, wgpu::BufferUsages::UNIFORM);
+        Self { gpu: gpu.clone(), pipeline, layout, camera }
+    }
+
+    pub(super) fn encode(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        (scene, targets): (&SceneBuffers, &Targets),
+        frame: &Frame,
+        watch: Option<&mut Stopwatch>,
+    ) {
+        self.gpu.queue.write_buffer(&self.camera, 0, &camera_bytes(frame, &scene.bounds));
+        let buffers = [&self.camera, &scene.position, &scene.normal, &scene.triangle, &scene.albedo];
+        let group = self.gpu.group(&self.layout, &buffers.map(wgpu::Buffer::as_entire_binding));
+        let colours = [&targets.normal, &targets.depth, &targets.albedo, &targets.geo_normal];
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("G-buffer"),
+            color_attachments: &colours.map(|target| Some(attachment(&target.view))),
+            depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+                view: &targets.z.view,
+                depth_ops: Some(wgpu::Operations {
+                    load: wgpu::LoadOp::Clear(0.0),
+                    store: wgpu::StoreOp::Discard,
+                }),
+                stencil_ops: None,
+            }),
+            timestamp_writes: watch.and_then(|watch| watch.render("G-buffer")),
+            ..Default::default()
+        });
+        pass.set_pipeline(&self.pipeline);
+        pass.set_bind_group(0, &group, &[]);
+        pass.draw(0..scene.corners, 0..1);
+    }
+}
+
+fn pipeline(gpu: &Gpu, group: &wgpu::BindGroupLayout) -> wgpu::RenderPipeline {
+    let (module, layout) = gpu.module(("G-buffer", include_str!("gbuffer.wgsl")), group);
+    let formats = [targets::NORMAL, targets::DEPTH, targets::ALBEDO, targets::NORMAL];
+    gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+        label: Some("G-buffer"),
+        layout: Some(&layout),
+        vertex: wgpu::VertexState {
+            module: &module,
+            entry_point: Some("corner"),
+            compilation_options: Default::default(),
+            buffers: &[],
+        },
+        // Both sides of a triangle are seen.
+        primitive: Default::default(),
+        depth_stencil: Some(wgpu::DepthStencilState {
+            format: targets::Z,
+            depth_write_enabled: Some(true),
+            depth_compare: Some(wgpu::CompareFunction::Greater),
+            stencil: Default::default(),
+            bias: Default::default(),
+        }),
+        multisample: Default::default(),
+        fragment: Some(wgpu::FragmentState {
+            module: &module,
+            entry_point: Some("main"),
+            compilation_options: Default::default(),
+            targets: &formats.map(|format| Some(format.into())),
+        }),
+        multiview_mask: None,
+        cache: None,
+    })
+}
+
+/// The struct `Camera` of the shader.
+fn camera_bytes(frame: &Frame, bounds: &Bounds) -> Vec<u8> {
+    let camera = &frame.camera;
+    let near = match camera.near {
+        0.0 => NEAR_IN_RADII * bounds.radius().max(f32::MIN_POSITIVE),
+        near => near,
+    };
+    let scale =
+        [2.0 * camera.focal_px() / camera.width as f32, 2.0 * camera.focal_px() / camera.height as f32];
+    let (z_line, w_line) = match camera.projection {
+        Projection::Perspective { .. } if frame.far.is_infinite() => ([0.0, near], [1.0, 0.0]),
+        Projection::Perspective { .. } => {
+            let range = frame.far - near;
+            ([-near / range, near / range * frame.far], [1.0, 0.0])
+        }
+        Projection::Orthographic { .. } => {
+            let far = frame.far.min(farthest(frame, bounds));
+            ([-1.0 / (far - near), far / (far - near)], [0.0, 1.0])
+        }
+    };
+    let view_from_world = Mat4::from(camera.view_from_world).to_cols_array();
+    bytes(view_from_world.into_iter().chain(scale).chain(z_line).chain(w_line).chain([0.0; 2]))
+}
+
+/// A distance along -Z beyond everything [world units]: parallel rays have no plane at infinity.
+fn farthest(frame: &Frame, bounds: &Bounds) -> f32 {
+    let corner = |i: usize| {
+        let pick = |axis: usize| if i >> axis & 1 == 0 { bounds.min[axis] } else { bounds.max[axis] };
+        let world = Vec3::new(pick(0), pick(1), pick(2));
+        -frame.camera.view_from_world.transform_point3a(Vec3A::from(world)).z
+    };
+    let far = (0..8).map(corner).fold(f32::MIN, f32::max);
+    // guess: beyond the rounding of a coordinate.
+    let slack = 1e-3 * bounds.radius().max(frame.camera.near);
+    far.max(frame.camera.near) + slack.max(f32::MIN_POSITIVE)
+}

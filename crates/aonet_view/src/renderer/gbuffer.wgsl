@@ -1,0 +1,74 @@
+// What is seen through every pixel: as the rays of aonet_offline::gbuffer find it, from triangles drawn with depth reversed.
+
+struct Camera {
+    view_from_world: mat4x4<f32>,
+    /// Clip from view space: of x and y; then z and w are lines of the distance along -Z.
+    scale: vec2<f32>,
+    z_line: vec2<f32>,
+    w_line: vec2<f32>,
+}
+
+@group(0) @binding(0) var<uniform> camera: Camera;
+@group(0) @binding(1) var<storage, read> positions: array<f32>;
+@group(0) @binding(2) var<storage, read> normals: array<f32>;
+@group(0) @binding(3) var<storage, read> triangles: array<u32>;
+@group(0) @binding(4) var<storage, read> albedos: array<f32>;
+
+struct Corner {
+    @builtin(position) clip: vec4<f32>,
+    /// View space, towards the viewer, not of unit length.
+    @location(0) normal: vec3<f32>,
+    /// Distance along -Z [world units].
+    @location(1) depth: f32,
+    /// View space, towards the viewer; zero for a triangle without area.
+    @location(2) @interpolate(flat) geo_normal: vec3<f32>,
+    @location(3) @interpolate(flat) albedo: vec3<f32>,
+}
+
+struct Seen {
+    @location(0) normal: vec4<f32>,
+    @location(1) depth: f32,
+    @location(2) albedo: vec4<f32>,
+    @location(3) geo_normal: vec4<f32>,
+}
+
+fn position_world(vertex: u32) -> vec3<f32> {
+    return vec3(positions[3u * vertex], positions[3u * vertex + 1u], positions[3u * vertex + 2u]);
+}
+
+fn normal_world(vertex: u32) -> vec3<f32> {
+    return vec3(normals[3u * vertex], normals[3u * vertex + 1u], normals[3u * vertex + 2u]);
+}
+
+fn direction_view(world: vec3<f32>) -> vec3<f32> {
+    return (camera.view_from_world * vec4(world, 0.0)).xyz;
+}
+
+@vertex
+fn corner(@builtin(vertex_index) index: u32) -> Corner {
+    let triangle = index / 3u;
+    let a = position_world(triangles[3u * triangle]);
+    let b = position_world(triangles[3u * triangle + 1u]);
+    let c = position_world(triangles[3u * triangle + 2u]);
+    let vertex = triangles[index];
+    let seen = camera.view_from_world * vec4(position_world(vertex), 1.0);
+    // By its longer edges the cross product is largest; all corners of a triangle come to the same.
+    let across = cross(b - a, c - a);
+    let longest = max(abs(across.x), max(abs(across.y), abs(across.z)));
+    let front = select(vec3(0.0), direction_view(normalize(across / longest)), longest > 0.0);
+    // The viewer is in front of the whole triangle or behind it.
+    let from_viewer = select(vec3(0.0, 0.0, -1.0), (camera.view_from_world * vec4(a, 1.0)).xyz, camera.w_line.x > 0.0);
+    let side = select(1.0, -1.0, dot(front, from_viewer) > 0.0);
+    let depth = -seen.z;
+    let zw = vec2(camera.z_line.x * depth + camera.z_line.y, camera.w_line.x * depth + camera.w_line.y);
+    let albedo = vec3(albedos[3u * triangle], albedos[3u * triangle + 1u], albedos[3u * triangle + 2u]);
+    return Corner(vec4(camera.scale * seen.xy, zw), side * direction_view(normal_world(vertex)), depth, side * front, albedo);
+}
+
+@fragment
+fn main(at: Corner) -> Seen {
+    // Below this the direction is rounding noise, as for the rays.
+    let has_direction = dot(at.normal, at.normal) > 1e-8;
+    let normal = normalize(select(at.geo_normal, at.normal, has_direction));
+    return Seen(vec4(normal, 0.0), at.depth, vec4(at.albedo, 1.0), vec4(at.geo_normal, 0.0));
+}

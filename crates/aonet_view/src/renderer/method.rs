@@ -1,0 +1,90 @@
+//! What computes visibility.
+
+use crate::{Error, Result};
+use std::fmt;
+use std::str::FromStr;
+
+/// A method that runs on a graphics device.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Method {
+    /// No ambient occlusion: visibility 1.
+    Off,
+    /// Screen-space ambient occlusion, with its defaults as all classic methods here.
+    Ssao,
+    /// Horizon-based.
+    Hbao,
+    /// Ground-truth.
+    Gtao,
+    /// With a visibility bitmask.
+    Vbao,
+    /// Attenuated GTAO as the network sees it.
+    Agtao,
+    /// The shipped network that corrects a horizon search, for any radius.
+    #[default]
+    Network,
+    /// The shipped network of the paper.
+    Paper,
+    /// Ray-traced: converges while camera and scene rest.
+    Reference,
+}
+
+impl Method {
+    /// All of them.
+    pub const ALL: [Self; 9] = [
+        Self::Off,
+        Self::Ssao,
+        Self::Hbao,
+        Self::Gtao,
+        Self::Vbao,
+        Self::Agtao,
+        Self::Network,
+        Self::Paper,
+        Self::Reference,
+    ];
+
+    /// Its name on a command line.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Off => "off",
+            Self::Ssao => "ssao",
+            Self::Hbao => "hbao",
+            Self::Gtao => "gtao",
+            Self::Vbao => "vbao",
+            Self::Agtao => "agtao",
+            Self::Network => "network",
+            Self::Paper => "paper",
+            Self::Reference => "reference",
+        }
+    }
+
+    /// What people call it.
+    pub fn title(self) -> &'static str {
+        match self {
+            Self::Off => "no AO",
+            Self::Ssao => "SSAO",
+            Self::Hbao => "HBAO",
+            Self::Gtao => "GTAO",
+            Self::Vbao => "VBAO",
+            Self::Agtao => "attenuated GTAO",
+            Self::Network => "network",
+            Self::Paper => "network of the paper",
+            Self::Reference => "ray-traced reference",
+        }
+    }
+}
+
+impl fmt::Display for Method {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.pad(self.name())
+    }
+}
+
+impl FromStr for Method {
+    type Err = Error;
+
+    fn from_str(name: &str) -> Result<Self> {
+        let names = Self::ALL.map(Self::name).join(", ");
+        let found = Self::ALL.into_iter().find(|method| method.name() == name);
+        found.ok_or_else(|| Error::request("method", format!("one of {names}"), format!("{name:?}")))
+    }
+}

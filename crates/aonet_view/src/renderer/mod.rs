@@ -1,0 +1,175 @@
+//! A frame: rasterise the G-buffer, compute visibility by up to two methods, light, tone map, put on the screen.
+//!
+//! ```no_run
+//! use aonet::net::gpu::Device;
+//! use aonet_offline::scene::procedural;
+//! use aonet_view::renderer::{Frame, Renderer, readback};
+//!
+//! let device = Device::wait_for()?;
+//! let (scene, view) = procedural::demo();
+//! let mut renderer = Renderer::new((&device.device, &device.queue), &scene, (view.width, view.height))?;
+//! let frame = Frame::new(view.camera()?, view.params()?);
+//! let mut encoder = device.device.create_command_encoder(&Default::default());
+//! renderer.encode(&mut encoder, &frame)?;
+//! device.queue.submit([encoder.finish()]);
+//! let rgba = readback::picture(&renderer)?;
+//! # Ok::<(), aonet_view::Error>(())
+//! ```
+
+mod converging;
+mod device;
+mod frame;
+mod gbuffer;
+mod method;
+mod occlusion;
+mod orbit;
+mod path;
+mod present;
+#[cfg(not(target_arch = "wasm32"))]
+pub mod readback;
+mod scene;
+mod shade;
+mod stopwatch;
+mod targets;
+#[cfg(test)]
+mod tests;
+
+pub use frame::{Frame, Show};
+pub use method::Method;
+pub use orbit::Orbit;
+pub use path::{CameraPath, Key};
+pub use present::Present;
+pub use stopwatch::PassTime;
+
+use crate::Result;
+use aonet::net::gpu::{scoped, wgpu};
+use aonet_offline::Scene;
+use aonet_offline::scene::Bounds;
+use aonet_offline::trace::Tracer;
+use device::Gpu;
+use gbuffer::GbufferPass;
+use occlusion::Occlusion;
+use scene::SceneBuffers;
+use shade::ShadePass;
+use stopwatch::Stopwatch;
+use targets::Targets;
+
+/// Everything on the device that a picture of a scene takes, at one size.
+#[derive(Debug)]
+pub struct Renderer {
+    gpu: Gpu,
+    scene: SceneBuffers,
+    targets: Targets,
+    gbuffer: GbufferPass,
+    occlusion: Occlusion,
+    shade: ShadePass,
+    stopwatch: Option<Stopwatch>,
+}
+
+impl Renderer {
+    /// A renderer of `scene` with frames of `size` (width, height) [px]. The device needs the default limits of WebGPU; its
+    /// features `SHADER_F16` and `TIMESTAMP_QUERY` are used where it has them.
+    ///
+    /// # Errors
+    /// When a side is 0 or too large for the device, or the scene is.
+    pub fn new(
+        (device, queue): (&wgpu::Device, &wgpu::Queue),
+        scene: &Scene,
+        size: (usize, usize),
+    ) -> Result<Self> {
+        let gpu = Gpu { device: device.clone(), queue: queue.clone() };
+        targets::check_size(&gpu, size)?;
+        let buffers = SceneBuffers::new(&gpu, scene)?;
+        let renderer = scoped(device, "renderer", || {
+            Ok(Self {
+                scene: buffers,
+                targets: Targets::new(&gpu, size),
+                gbuffer: GbufferPass::new(&gpu),
+                occlusion: Occlusion::new(&gpu),
+                shade: ShadePass::new(&gpu),
+                stopwatch: Stopwatch::new(&gpu),
+                gpu: gpu.clone(),
+            })
+        })?;
+        Ok(renderer)
+    }
+
+    /// Shows another scene, which has no reference until [`Renderer::set_tracer`] brings it.
+    ///
+    /// # Errors
+    /// When it is too large for the device; the old one stays then.
+    pub fn set_scene(&mut self, scene: &Scene) -> Result<()> {
+        self.scene = SceneBuffers::new(&self.gpu, scene)?;
+        self.occlusion.forget_tracer();
+        Ok(())
+    }
+
+    /// Uploads the hierarchy of the scene, which [`Method::Reference`] needs.
+    ///
+    /// # Errors
+    /// When it is too large for the device.
+    pub fn set_tracer(&mut self, tracer: &Tracer) -> Result<()> {
+        self.occlusion.set_tracer(tracer)
+    }
+
+    /// Rays a pixel of the reference so far.
+    pub fn samples(&self) -> u32 {
+        self.occlusion.samples()
+    }
+
+    /// Changes the size of the frames to `size` (width, height) [px].
+    ///
+    /// # Errors
+    /// When a side is 0 or too large, or there is not enough memory; the renderer is as before then.
+    pub fn resize(&mut self, size: (usize, usize)) -> Result<()> {
+        if size == self.size() {
+            return Ok(());
+        }
+        targets::check_size(&self.gpu, size)?;
+        let targets = scoped(&self.gpu.device, "targets", || Ok(Targets::new(&self.gpu, size)))?;
+        self.occlusion.resize(&targets)?;
+        self.targets = targets;
+        Ok(())
+    }
+
+    /// Encodes a frame's passes, up to [`Renderer::picture`]. Waits for nothing. A method's first frame compiles its shaders
+    /// and allocates its memory.
+    ///
+    /// The frame's numbers are written when the commands are submitted next: one frame a submission.
+    ///
+    /// # Errors
+    /// When the camera is of another size or out of range, a method cannot run on the device, the reference has no tracer, or
+    /// memory is short.
+    pub fn encode(&mut self, encoder: &mut wgpu::CommandEncoder, frame: &Frame) -> Result<()> {
+        let frame = frame.checked(self.size())?;
+        self.occlusion.prepare(&self.targets, &frame)?;
+        let mut watch = self.stopwatch.as_mut().and_then(Stopwatch::start);
+        self.gbuffer.encode(encoder, (&self.scene, &self.targets), &frame, watch.as_deref_mut());
+        self.occlusion.encode(encoder, &frame, watch.as_deref_mut())?;
+        self.shade.encode(encoder, (&self.targets, &self.occlusion), &frame, watch.as_deref_mut());
+        if let Some(watch) = watch {
+            watch.finish(encoder);
+        }
+        Ok(())
+    }
+
+    /// Where frames end: `Rgba8Unorm`, holds sRGB values.
+    pub fn picture(&self) -> &wgpu::Texture {
+        &self.targets.picture.texture
+    }
+
+    /// Times of the steps of the last frame whose times have come back; none where the device has no `TIMESTAMP_QUERY`.
+    pub fn times(&self) -> &[PassTime] {
+        self.stopwatch.as_ref().map_or(&[], Stopwatch::latest)
+    }
+
+    /// Box around the scene.
+    pub fn bounds(&self) -> Bounds {
+        self.scene.bounds
+    }
+
+    /// Width and height of the frames [px].
+    pub fn size(&self) -> (usize, usize) {
+        self.targets.size
+    }
+}

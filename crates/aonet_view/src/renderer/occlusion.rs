@@ -1,0 +1,198 @@
+//! The visibility of a frame by the methods that are seen.
+
+use super::converging::Converging;
+use super::device::Gpu;
+use super::frame::Frame;
+use super::method::Method;
+use super::stopwatch::Stopwatch;
+use super::targets::{self, Target, Targets};
+use crate::{Error, Result};
+use aonet::classic::Classic;
+use aonet::net::gpu::{self, ClassicSession, DepthEncoding, Options, Session, Textures, View, wgpu};
+use aonet::net::{Model, shipped};
+use aonet_offline::trace::Tracer;
+
+/// Methods in use and what they found.
+#[derive(Debug)]
+pub(super) struct Occlusion {
+    gpu: Gpu,
+    /// One texel: visibility 1 everywhere.
+    open: Target,
+    running: Vec<Running>,
+    /// Once there is a tracer.
+    reference: Option<Converging>,
+    /// Methods of the last frame: only these move to a new size.
+    seen: Vec<Method>,
+}
+
+/// A method at work.
+#[derive(Debug)]
+struct Running {
+    method: Method,
+    session: Runner,
+    view: View,
+    visibility: Target,
+}
+
+/// Two kinds of sessions with the same verbs.
+#[derive(Debug)]
+enum Runner {
+    Network(Session),
+    Classic(ClassicSession),
+}
+
+impl Occlusion {
+    pub(super) fn new(gpu: &Gpu) -> Self {
+        let open = Target::new(gpu, (1, 1), targets::VISIBILITY);
+        let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: None, rows_per_image: None };
+        let one = half::f16::ONE.to_le_bytes();
+        gpu.queue.write_texture(open.texture.as_image_copy(), &one, layout, open.texture.size());
+        Self { gpu: gpu.clone(), open, running: Vec::new(), reference: None, seen: Vec::new() }
+    }
+
+    /// Makes ready what a frame shows.
+    ///
+    /// # Errors
+    /// When a method cannot run on the device, or memory is short.
+    pub(super) fn prepare(&mut self, targets: &Targets, frame: &Frame) -> Result<()> {
+        self.seen = frame.seen();
+        for method in &self.seen {
+            if *method == Method::Reference {
+                let reference = self.reference.as_mut().ok_or_else(|| {
+                    Error::request("reference", "a tracer of the scene (Renderer::set_tracer)", "none")
+                })?;
+                reference.prepare(&self.gpu, targets)?;
+            } else if self.running.iter().all(|running| running.method != *method) {
+                self.running.extend(Running::new(&self.gpu, *method, targets)?);
+            }
+        }
+        Ok(())
+    }
+
+    /// Encodes the methods of a frame that [`Occlusion::prepare`] has seen.
+    ///
+    /// # Errors
+    /// When the frame's numbers are out of range.
+    pub(super) fn encode(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        frame: &Frame,
+        mut watch: Option<&mut Stopwatch>,
+    ) -> Result<()> {
+        for running in self.running.iter().filter(|running| self.seen.contains(&running.method)) {
+            running.encode(encoder, frame, watch.as_deref_mut())?;
+        }
+        match &mut self.reference {
+            Some(reference) if self.seen.contains(&Method::Reference) => reference.encode(encoder, frame),
+            _ => Ok(()),
+        }
+    }
+
+    /// What a method found in the last frame.
+    pub(super) fn visibility(&self, method: Method) -> &Target {
+        if method == Method::Reference {
+            return self.reference.as_ref().and_then(Converging::visibility).unwrap_or(&self.open);
+        }
+        let running = self.running.iter().find(|running| running.method == method);
+        running.map_or(&self.open, |running| &running.visibility)
+    }
+
+    /// Moves to textures of another size.
+    ///
+    /// # Errors
+    /// When memory is short; the methods start anew in the next frame then.
+    pub(super) fn resize(&mut self, targets: &Targets) -> Result<()> {
+        let seen = std::mem::take(&mut self.seen);
+        let kept = std::mem::take(&mut self.running).into_iter().filter(|r| seen.contains(&r.method));
+        self.running = kept.map(|running| running.resized(&self.gpu, targets)).collect::<Result<_>>()?;
+        Ok(())
+    }
+
+    /// Brings the reference.
+    ///
+    /// # Errors
+    /// When the scene is too large for the device.
+    pub(super) fn set_tracer(&mut self, tracer: &Tracer) -> Result<()> {
+        self.reference = Some(Converging::new(&self.gpu, tracer)?);
+        Ok(())
+    }
+
+    /// Another scene has no reference yet.
+    pub(super) fn forget_tracer(&mut self) {
+        self.reference = None;
+    }
+
+    /// Rays a pixel of the reference so far.
+    pub(super) fn samples(&self) -> u32 {
+        self.reference.as_ref().map_or(0, Converging::samples)
+    }
+}
+
+impl Running {
+    fn new(gpu: &Gpu, method: Method, targets: &Targets) -> Result<Option<Self>> {
+        let options =
+            Options { depth: DepthEncoding::Linear, output: targets::VISIBILITY, ..Options::default() };
+        let pair = (&gpu.device, &gpu.queue);
+        let network = |bytes| {
+            let model = Model::from_bytes(bytes)?;
+            Session::new(pair, &model, targets.size, options).map(Runner::Network)
+        };
+        let session = match method {
+            Method::Off | Method::Reference => return Ok(None),
+            Method::Network => network(shipped::ANY_RADIUS)?,
+            Method::Paper => network(shipped::PAPER)?,
+            Method::Ssao | Method::Hbao | Method::Gtao | Method::Vbao | Method::Agtao => {
+                let classic = Classic::named(method.name())?;
+                Runner::Classic(ClassicSession::new(pair, &classic, targets.size, options)?)
+            }
+        };
+        let visibility = Target::new(gpu, targets.size, targets::VISIBILITY);
+        let view = session.view(textures(targets, &visibility))?;
+        Ok(Some(Self { method, session, view, visibility }))
+    }
+
+    fn resized(mut self, gpu: &Gpu, targets: &Targets) -> Result<Self> {
+        match &mut self.session {
+            Runner::Network(session) => session.resize(targets.size)?,
+            Runner::Classic(session) => session.resize(targets.size)?,
+        }
+        self.visibility = Target::new(gpu, targets.size, targets::VISIBILITY);
+        self.view = self.session.view(textures(targets, &self.visibility))?;
+        Ok(self)
+    }
+
+    fn encode(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        frame: &Frame,
+        watch: Option<&mut Stopwatch>,
+    ) -> Result<()> {
+        let of = gpu::Frame { camera: frame.camera, far: frame.far, params: frame.params };
+        let passes = match &self.session {
+            Runner::Network(session) => session.pass_labels().len(),
+            Runner::Classic(session) => session.pass_labels().len(),
+        };
+        let view = &self.view;
+        let times = watch.and_then(|watch| watch.session(self.method.title(), passes));
+        match (&self.session, times) {
+            (Runner::Network(session), Some(times)) => session.encode_timed(encoder, view, &of, times)?,
+            (Runner::Network(session), None) => session.encode(encoder, view, &of)?,
+            (Runner::Classic(session), Some(times)) => session.encode_timed(encoder, view, &of, times)?,
+            (Runner::Classic(session), None) => session.encode(encoder, view, &of)?,
+        }
+        Ok(())
+    }
+}
+
+impl Runner {
+    fn view(&self, textures: Textures<'_>) -> Result<View> {
+        Ok(match self {
+            Self::Network(session) => session.view(textures)?,
+            Self::Classic(session) => session.view(textures)?,
+        })
+    }
+}
+
+fn textures<'a>(targets: &'a Targets, visibility: &'a Target) -> Textures<'a> {
+    Textures { normal: &targets.normal.view, depth: &targets.depth.view, visibility: &visibility.view }
+}

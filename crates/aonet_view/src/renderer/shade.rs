@@ -1,0 +1,80 @@
+//! Lighting, tone mapping, and the slider between two methods: one pass.
+
+use super::device::{Cover, Gpu, TEXTURE, UNIFORM, bytes};
+use super::frame::{Frame, Show};
+use super::method::Method;
+use super::occlusion::Occlusion;
+use super::stopwatch::Stopwatch;
+use super::targets::{self, Targets};
+use aonet::Projection;
+use aonet::net::gpu::wgpu;
+use aonet_offline::picture::ERROR_SCALE;
+
+/// Bytes of the struct `Shade` of `shade.wgsl`.
+const SHADE_BYTES: u64 = 80;
+
+/// Makes the picture.
+#[derive(Debug)]
+pub(super) struct ShadePass {
+    gpu: Gpu,
+    cover: Cover,
+    shade: wgpu::Buffer,
+}
+
+impl ShadePass {
+    pub(super) fn new(gpu: &Gpu) -> Self {
+        let bindings = [UNIFORM, TEXTURE, TEXTURE, TEXTURE, TEXTURE, TEXTURE, TEXTURE];
+        let cover = gpu.cover(("shade", &source()), &bindings, targets::PICTURE);
+        let shade = gpu.buffer("shade", SHADE_BYTES, wgpu::BufferUsages::UNIFORM);
+        Self { gpu: gpu.clone(), cover, shade }
+    }
+
+    pub(super) fn encode(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        (targets, occlusion): (&Targets, &Occlusion),
+        frame: &Frame,
+        watch: Option<&mut Stopwatch>,
+    ) {
+        self.gpu.queue.write_buffer(&self.shade, 0, &shade_bytes(frame));
+        let [first, second] = frame.methods.map(|method| &occlusion.visibility(method).view);
+        let reference = &occlusion.visibility(Method::Reference).view;
+        let [normal, depth, albedo] = [&targets.normal, &targets.depth, &targets.albedo].map(|t| &t.view);
+        let views = [normal, depth, albedo, first, second, reference].map(wgpu::BindingResource::TextureView);
+        let resources: Vec<_> = [self.shade.as_entire_binding()].into_iter().chain(views).collect();
+        // Methods come and go: what the pass reads changes with the frame.
+        let group = self.gpu.group(&self.cover.layout, &resources);
+        let times = watch.and_then(|watch| watch.render("lighting"));
+        self.cover.encode(encoder, &group, &targets.picture.view, times);
+    }
+}
+
+/// The shader.
+pub(super) fn source() -> String {
+    format!("const ERROR_SCALE: f32 = {ERROR_SCALE:?};\n{}", include_str!("shade.wgsl"))
+}
+
+/// The struct `Shade` of the shader.
+fn shade_bytes(frame: &Frame) -> Vec<u8> {
+    let camera = &frame.camera;
+    let world_from_view = camera.view_from_world.matrix3.transpose();
+    let columns = world_from_view.to_cols_array_2d().map(|[x, y, z]| [x, y, z, 0.0]);
+    let to_edge = match camera.projection {
+        Projection::Perspective { .. } => 0.5 / camera.focal_px(),
+        // Every ray looks the same way.
+        Projection::Orthographic { .. } => 0.0,
+    };
+    let half_image = [to_edge * camera.width as f32, to_edge * camera.height as f32];
+    let split = (frame.split * camera.width as f32).round() as u32;
+    let show = match frame.show {
+        Show::Shaded => 0,
+        Show::Visibility => 1,
+        Show::Normals => 2,
+        Show::Error => 3,
+    };
+    let words = [camera.width as u32, camera.height as u32, split, show];
+    let mut all = bytes(columns.into_iter().flatten().chain(half_image));
+    all.extend(words.into_iter().flat_map(u32::to_le_bytes));
+    all.resize(SHADE_BYTES as usize, 0);
+    all
+}

@@ -1,0 +1,136 @@
+//! How long passes take on the device, where it has a clock that passes can read.
+
+use super::device::Gpu;
+use aonet::net::gpu::{Timestamps, wgpu};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU8, Ordering};
+
+/// Passes of a frame that can be told apart: the G-buffer, two methods, the reference, the shading.
+const SETS: usize = 6;
+/// Queries of each. The largest network that is shipped has 22 passes.
+const QUERIES: u32 = 128;
+const SET_BYTES: u64 = QUERIES as u64 * 8;
+
+/// Time of one step of a frame on the device.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PassTime {
+    /// Which step.
+    pub label: String,
+    /// From the begin of its first pass to the end of its last [ms].
+    pub ms: f32,
+}
+
+/// Times of a frame on their way from the device: one frame at a time, others are not timed.
+#[derive(Debug)]
+pub(super) struct Stopwatch {
+    gpu: Gpu,
+    sets: Vec<wgpu::QuerySet>,
+    resolved: wgpu::Buffer,
+    back: wgpu::Buffer,
+    /// Labels of the sets of the frame and how many of their queries it writes.
+    used: Vec<(String, u32)>,
+    state: Arc<AtomicU8>,
+    latest: Vec<PassTime>,
+}
+
+/// What the state says: nothing is under way, a frame is, its times are there, or they never will be.
+const IDLE: u8 = 0;
+const UNDER_WAY: u8 = 1;
+const READY: u8 = 2;
+const FAILED: u8 = 3;
+
+impl Stopwatch {
+    pub(super) fn new(gpu: &Gpu) -> Option<Self> {
+        if !gpu.device.features().contains(wgpu::Features::TIMESTAMP_QUERY) {
+            return None;
+        }
+        let set = |_| {
+            gpu.device.create_query_set(&wgpu::QuerySetDescriptor {
+                label: Some("stopwatch"),
+                ty: wgpu::QueryType::Timestamp,
+                count: QUERIES,
+            })
+        };
+        let bytes = SETS as u64 * SET_BYTES;
+        let resolve = wgpu::BufferUsages::QUERY_RESOLVE | wgpu::BufferUsages::COPY_SRC;
+        Some(Self {
+            gpu: gpu.clone(),
+            sets: (0..SETS).map(set).collect(),
+            resolved: gpu.buffer("stopwatch", bytes, resolve),
+            back: gpu.buffer("stopwatch", bytes, wgpu::BufferUsages::MAP_READ),
+            used: Vec::new(),
+            state: Arc::default(),
+            latest: Vec::new(),
+        })
+    }
+
+    /// The watch for a new frame, unless the last one's times are still on their way.
+    pub(super) fn start(&mut self) -> Option<&mut Self> {
+        // A lost device tells its own handler.
+        let _ = self.gpu.device.poll(wgpu::PollType::Poll);
+        match self.state.load(Ordering::Acquire) {
+            UNDER_WAY => return None,
+            READY => self.read(),
+            _ => {}
+        }
+        self.state.store(IDLE, Ordering::Release);
+        self.used.clear();
+        Some(self)
+    }
+
+    /// Where a render pass writes its times.
+    pub(super) fn render(&mut self, label: &str) -> Option<wgpu::RenderPassTimestampWrites<'_>> {
+        let queries = self.set(label, 1)?;
+        Some(wgpu::RenderPassTimestampWrites {
+            query_set: queries,
+            beginning_of_pass_write_index: Some(0),
+            end_of_pass_write_index: Some(1),
+        })
+    }
+
+    /// Where the passes of a session write their times.
+    pub(super) fn session(&mut self, label: &str, passes: usize) -> Option<Timestamps<'_>> {
+        Some(Timestamps { queries: self.set(label, passes)? })
+    }
+
+    fn set(&mut self, label: &str, passes: usize) -> Option<&wgpu::QuerySet> {
+        let count = u32::try_from(2 * passes).ok().filter(|count| *count <= QUERIES)?;
+        let set = self.sets.get(self.used.len())?;
+        self.used.push((label.to_owned(), count));
+        Some(set)
+    }
+
+    /// Encodes the way back of the times.
+    pub(super) fn finish(&mut self, encoder: &mut wgpu::CommandEncoder) {
+        for ((set, (_, count)), i) in self.sets.iter().zip(&self.used).zip(0..) {
+            encoder.resolve_query_set(set, 0..*count, &self.resolved, i * SET_BYTES);
+        }
+        encoder.copy_buffer_to_buffer(&self.resolved, 0, &self.back, 0, self.resolved.size());
+        let state = Arc::clone(&self.state);
+        state.store(UNDER_WAY, Ordering::Release);
+        encoder.map_buffer_on_submit(&self.back, wgpu::MapMode::Read, .., move |mapped| {
+            state.store(if mapped.is_ok() { READY } else { FAILED }, Ordering::Release);
+        });
+    }
+
+    fn read(&mut self) {
+        let Ok(bytes) = self.back.get_mapped_range(..) else { return };
+        let period_ms = f64::from(self.gpu.queue.get_timestamp_period()) * 1e-6;
+        let tick = |at: usize| {
+            bytes.get(at..at + 8).map_or(0, |b| b.iter().rev().fold(0u64, |t, b| t << 8 | u64::from(*b)))
+        };
+        let time = |((label, count), set): (&(String, u32), usize)| {
+            let first = set * SET_BYTES as usize;
+            let ticks = tick(first + 8 * (*count as usize - 1)).saturating_sub(tick(first));
+            PassTime { label: label.clone(), ms: (ticks as f64 * period_ms) as f32 }
+        };
+        self.latest = self.used.iter().zip(0..).map(time).collect();
+        drop(bytes);
+        self.back.unmap();
+    }
+
+    /// Times of the last frame that has come back.
+    pub(super) fn latest(&self) -> &[PassTime] {
+        &self.latest
+    }
+}

@@ -1,0 +1,87 @@
+//! The textures of a frame.
+
+use super::device::Gpu;
+use crate::Result;
+use aonet::net::gpu::wgpu;
+use wgpu::TextureFormat as Format;
+
+/// A texture and the view of all of it.
+#[derive(Debug)]
+pub(super) struct Target {
+    pub(super) texture: wgpu::Texture,
+    pub(super) view: wgpu::TextureView,
+}
+
+/// What the G-buffer pass writes, and the picture at the end.
+#[derive(Debug)]
+pub(super) struct Targets {
+    pub(super) size: (usize, usize),
+    /// View-space unit shading normals towards the viewer; zero on the background.
+    pub(super) normal: Target,
+    /// Distance along -Z [world units]; 0 on the background.
+    pub(super) depth: Target,
+    /// Reflectance.
+    pub(super) albedo: Target,
+    /// View-space unit normals of the triangles towards the viewer; zero on the background.
+    pub(super) geo_normal: Target,
+    /// For visibility of surfaces only.
+    pub(super) z: Target,
+    /// sRGB values.
+    pub(super) picture: Target,
+}
+
+pub(super) const NORMAL: Format = Format::Rgba16Float;
+pub(super) const DEPTH: Format = Format::R32Float;
+pub(super) const ALBEDO: Format = Format::Rgba8UnormSrgb;
+pub(super) const Z: Format = Format::Depth32Float;
+pub(super) const PICTURE: Format = Format::Rgba8Unorm;
+/// A step is 5e-4 at most; 8 bits would show in errors.
+pub(super) const VISIBILITY: Format = Format::R16Float;
+
+impl Targets {
+    pub(super) fn new(gpu: &Gpu, size: (usize, usize)) -> Self {
+        let target = |format| Target::new(gpu, size, format);
+        Self {
+            size,
+            normal: target(NORMAL),
+            depth: target(DEPTH),
+            albedo: target(ALBEDO),
+            geo_normal: target(NORMAL),
+            z: target(Z),
+            picture: target(PICTURE),
+        }
+    }
+}
+
+impl Target {
+    pub(super) fn new(gpu: &Gpu, (width, height): (usize, usize), format: Format) -> Self {
+        let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
+            label: Some("aonet_view"),
+            size: wgpu::Extent3d { width: width as u32, height: height as u32, depth_or_array_layers: 1 },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format,
+            usage: wgpu::TextureUsages::RENDER_ATTACHMENT
+                | wgpu::TextureUsages::TEXTURE_BINDING
+                | wgpu::TextureUsages::COPY_SRC
+                | wgpu::TextureUsages::COPY_DST,
+            view_formats: &[],
+        });
+        let view = texture.create_view(&Default::default());
+        Self { texture, view }
+    }
+}
+
+/// Accepts sizes that the device has textures for.
+///
+/// # Errors
+/// When a side is 0 or too large.
+pub(super) fn check_size(gpu: &Gpu, (width, height): (usize, usize)) -> Result<()> {
+    let most = gpu.device.limits().max_texture_dimension_2d as usize;
+    if (1..=most).contains(&width) && (1..=most).contains(&height) {
+        return Ok(());
+    }
+    let expected = format!("width and height in 1..={most}");
+    Err(aonet::Error::size("frames of a renderer", expected, format!("{width}x{height}")).into())
+}

@@ -1,0 +1,89 @@
+//! The panel of controls.
+
+use super::input::Request;
+use super::viewer::{Motion, Viewer};
+use crate::renderer::{Method, Show};
+use egui::{ComboBox, Context, Slider, Ui, Window};
+
+/// What the controls say about the frame.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Facts {
+    /// Width and height [px].
+    pub(super) size: (usize, usize),
+    /// Rays a pixel of the reference so far.
+    pub(super) samples: u32,
+}
+
+/// Shows the controls; one of them may ask for more than the viewer can do.
+pub(super) fn show(context: &Context, viewer: &mut Viewer, facts: Facts) -> Option<Request> {
+    if !viewer.controls {
+        return None;
+    }
+    let panel = Window::new("aonet").default_pos([12.0, 12.0]).default_width(260.0).vscroll(true);
+    let shown = panel.show(context, |ui| {
+        methods(ui, viewer);
+        ui.separator();
+        numbers(ui, viewer);
+        ui.separator();
+        let request = buttons(ui, viewer);
+        ui.separator();
+        viewer.history.show(ui);
+        ui.label(format!("{}x{} px, reference: {} rays", facts.size.0, facts.size.1, facts.samples));
+        if !viewer.message.is_empty() {
+            ui.separator();
+            ui.label(&viewer.message);
+        }
+        request
+    });
+    shown.and_then(|window| window.inner).flatten()
+}
+
+fn methods(ui: &mut Ui, viewer: &mut Viewer) {
+    for (method, side) in viewer.methods.iter_mut().zip(["left", "right"]) {
+        ComboBox::from_label(side).selected_text(method.title()).show_ui(ui, |ui| {
+            for other in Method::ALL {
+                ui.selectable_value(method, other, other.title());
+            }
+        });
+    }
+    ui.add(Slider::new(&mut viewer.split, 0.0..=1.0).text("slider"));
+    ui.horizontal(|ui| {
+        for show in Show::ALL {
+            ui.selectable_value(&mut viewer.show, show, show.name());
+        }
+    });
+}
+
+fn numbers(ui: &mut Ui, viewer: &mut Viewer) {
+    let begin = viewer.view.radius;
+    ui.add(Slider::new(&mut viewer.radius, 0.02 * begin..=10.0 * begin).logarithmic(true).text("AO radius"));
+    ui.add(Slider::new(&mut viewer.scale, 0.25..=2.0).text("resolution"));
+    ui.add(Slider::new(&mut viewer.samples, 1..=64).logarithmic(true).text("rays a frame"));
+}
+
+fn buttons(ui: &mut Ui, viewer: &mut Viewer) -> Option<Request> {
+    let (record, replay) = match viewer.motion {
+        Motion::Free => ("record (R)", "replay (T)"),
+        Motion::Recording(_) => ("stop and save (R)", "replay (T)"),
+        Motion::Replaying(_) => ("record (R)", "stop (T)"),
+    };
+    let rows = [
+        vec![
+            ("picture (P)", Request::Screenshot),
+            ("frame (F)", Request::Export),
+            ("score (C)", Request::Score),
+        ],
+        vec![(record, Request::Record), (replay, Request::Replay)],
+    ];
+    let mut request = None;
+    for row in rows {
+        ui.horizontal(|ui| {
+            for (text, what) in row {
+                if ui.button(text).clicked() {
+                    request = Some(what);
+                }
+            }
+        });
+    }
+    request
+}

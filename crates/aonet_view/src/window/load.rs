@@ -1,0 +1,111 @@
+//! Scenes from files, on a thread of their own.
+
+use crate::Result;
+use aonet_offline::dataset::{SceneSpec, SceneSplit, propose_view};
+use aonet_offline::scene::MissingNormals;
+use aonet_offline::scene::colours;
+use aonet_offline::scene::gltf;
+use aonet_offline::trace::Tracer;
+use aonet_offline::{Scene, View};
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::{Receiver, TryRecvError, channel};
+
+/// A scene with a camera in it.
+pub(super) type Loaded = (Tracer, View);
+
+/// A file that is being read.
+#[derive(Debug)]
+pub(super) struct Loading {
+    pub(super) path: PathBuf,
+    done: Receiver<Result<Loaded>>,
+}
+
+impl Loading {
+    /// Begins to read a glTF file. `like` lends its size and field of view.
+    pub(super) fn start(path: PathBuf, like: &View) -> Self {
+        let (sender, done) = channel();
+        let (from, like) = (path.clone(), like.clone());
+        // Nobody listens any more where another file was dropped meanwhile.
+        std::thread::spawn(move || drop(sender.send(load(&from, &like))));
+        Self { path, done }
+    }
+
+    /// What became of it, once it is known.
+    pub(super) fn poll(&self) -> Option<Result<Loaded>> {
+        match self.done.try_recv() {
+            Ok(loaded) => Some(loaded),
+            Err(TryRecvError::Empty) => None,
+            Err(TryRecvError::Disconnected) => {
+                Some(Err(crate::Error::file(&self.path, "a scene", "one that its reader did not survive")))
+            }
+        }
+    }
+}
+
+fn load(path: &Path, like: &View) -> Result<Loaded> {
+    let size = (like.width, like.height);
+    let proposed =
+        SceneSpec::from_file(path, SceneSplit::Train).and_then(|spec| propose_view(&spec, size, 0));
+    match proposed {
+        Ok((tracer, view)) => Ok((coloured(tracer.scene().clone()), view)),
+        // Of some scenes no view is a good one to learn from: from outside they can be seen all the same.
+        Err(_) => {
+            let scene = gltf::load(path, MissingNormals::CREASE)?;
+            let view = from_outside(&scene, like);
+            Ok((coloured(scene), view))
+        }
+    }
+}
+
+/// The scene with its hierarchy and with colours.
+pub(super) fn coloured(mut scene: Scene) -> Tracer {
+    colours::add_plain(&mut scene);
+    Tracer::new(scene)
+}
+
+/// A camera that sees all of a scene.
+fn from_outside(scene: &Scene, like: &View) -> View {
+    let bounds = scene.bounds();
+    let radius = bounds.radius().max(f32::MIN_POSITIVE);
+    // The sphere around the scene touches the upper and the lower edge.
+    let distance = radius / (0.5 * like.fov_y_deg.to_radians()).sin();
+    let eye = bounds.centre() + distance * glam::Vec3::new(0.5, 0.4, 0.77).normalize();
+    View {
+        eye: eye.to_array(),
+        target: bounds.centre().to_array(),
+        up: [0.0, 1.0, 0.0],
+        near: 1e-3 * distance,
+        // guess: a fifth of what is seen.
+        radius: 0.2 * radius,
+        ..like.clone()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use aonet_offline::scene::procedural;
+    use std::time::Duration;
+
+    #[test]
+    fn a_missing_file_is_named() {
+        let (_, view) = procedural::demo();
+        let loading = Loading::start("no/such.glb".into(), &view);
+        let error = loading.done.recv_timeout(Duration::from_secs(60)).unwrap().unwrap_err();
+        assert!(error.to_string().contains("such.glb"), "{error}");
+    }
+
+    #[test]
+    fn a_camera_outside_sees_every_corner_of_the_box() {
+        let (scene, like) = procedural::demo();
+        let view = from_outside(&scene, &View { width: 64, height: 64, ..like });
+        let camera = view.camera().unwrap();
+        let bounds = scene.bounds();
+        for i in 0..8 {
+            let pick = |axis: usize| if i >> axis & 1 == 0 { bounds.min[axis] } else { bounds.max[axis] };
+            let p = camera.view_from_world.transform_point3(glam::Vec3::new(pick(0), pick(1), pick(2)));
+            let edge = -p.z * 32.0 / camera.focal_px();
+            assert!(p.z < -view.near && p.x.abs() <= edge && p.y.abs() <= edge, "{p}");
+        }
+    }
+}

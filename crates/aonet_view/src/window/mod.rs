@@ -1,0 +1,47 @@
+//! The window: a camera for hands, a panel of controls, files dropped in and written out.
+
+mod app;
+mod controls;
+mod graph;
+mod input;
+mod load;
+mod save;
+mod screen;
+mod surface;
+mod viewer;
+
+use crate::renderer::CameraPath;
+use crate::{Error, Method, Result, Show};
+use aonet_offline::View;
+use aonet_offline::trace::Tracer;
+use winit::event_loop::{ControlFlow, EventLoop};
+
+/// What a window begins with.
+#[derive(Debug)]
+pub struct Start {
+    /// The scene.
+    pub tracer: Tracer,
+    /// Where the camera stands, the AO radius, and the size of the window [px].
+    pub view: View,
+    /// The methods left and right of the slider.
+    pub methods: [Method; 2],
+    /// Place of the slider in window widths, in [0, 1]; at 1 there is the first method only.
+    pub split: f32,
+    /// What is drawn.
+    pub show: Show,
+    /// A way that the camera goes at once.
+    pub way: Option<CameraPath>,
+}
+
+/// Opens a window and shows it until it is closed. Files that it writes come into the current folder.
+///
+/// # Errors
+/// When there is no display, no graphics device, or not enough memory on it.
+pub fn run(start: Start) -> Result<()> {
+    let no_display = |e: &dyn std::fmt::Display| Error::request("window", "a display", e);
+    let events = EventLoop::new().map_err(|e| no_display(&e))?;
+    events.set_control_flow(ControlFlow::Wait);
+    let mut app = app::App::new(start);
+    events.run_app(&mut app).map_err(|e| no_display(&e))?;
+    app.end()
+}

@@ -1,0 +1,176 @@
+//! Everything that is on the device: made anew when that is lost.
+
+use super::controls::{self, Facts};
+use super::input::Request;
+use super::surface::Surface;
+use super::viewer::Viewer;
+use super::{save, viewer::SCORE_SAMPLES};
+use crate::renderer::{Frame, Present, Renderer};
+use crate::{Error, Result};
+use aonet::net::gpu::wgpu;
+use egui_wgpu::ScreenDescriptor;
+use std::sync::Arc;
+use winit::event::WindowEvent;
+use winit::window::Window;
+
+/// A window with what draws on it.
+pub(super) struct Screen {
+    pub(super) window: Arc<Window>,
+    pub(super) surface: Surface,
+    renderer: Renderer,
+    present: Present,
+    egui: egui_winit::State,
+    painter: egui_wgpu::Renderer,
+}
+
+impl Screen {
+    /// # Errors
+    /// When there is no device for the window, or not enough memory on it.
+    pub(super) fn new(window: Arc<Window>, viewer: &Viewer) -> Result<Self> {
+        let surface = Surface::new(&window)?;
+        let device = &surface.device;
+        let pair = (&device.device, &device.queue);
+        let most = device.device.limits().max_texture_dimension_2d;
+        let size = viewer.frame_size(surface.size(), most);
+        let mut renderer = Renderer::new(pair, viewer.tracer.scene(), size)?;
+        renderer.set_tracer(&viewer.tracer)?;
+        let present = Present::new(pair, surface.format());
+        let painter = egui_wgpu::Renderer::new(&device.device, surface.format(), Default::default());
+        let (context, id) = (egui::Context::default(), egui::ViewportId::ROOT);
+        let scale = Some(window.scale_factor() as f32);
+        let egui = egui_winit::State::new(context, id, &window, scale, None, Some(most as usize));
+        Ok(Self { window, surface, renderer, present, egui, painter })
+    }
+
+    /// Gives an event to the controls; true where it was meant for them.
+    pub(super) fn on(&mut self, event: &WindowEvent) -> bool {
+        let wants = match event {
+            WindowEvent::MouseInput { .. } | WindowEvent::MouseWheel { .. } => {
+                self.egui.egui_ctx().egui_wants_pointer_input()
+            }
+            WindowEvent::KeyboardInput { .. } => self.egui.egui_ctx().egui_wants_keyboard_input(),
+            _ => false,
+        };
+        self.egui.on_window_event(&self.window, event).consumed || wants
+    }
+
+    /// Shows the scene that the viewer has now.
+    ///
+    /// # Errors
+    /// When it is too large for the device; the old one is shown then.
+    pub(super) fn show_scene(&mut self, viewer: &Viewer) -> Result<()> {
+        self.renderer.set_scene(viewer.tracer.scene())?;
+        self.renderer.set_tracer(&viewer.tracer)
+    }
+
+    /// Draws a frame with the controls; true where it was shown. What the controls ask for is asked of `requested`.
+    ///
+    /// # Errors
+    /// When the frame cannot be drawn.
+    pub(super) fn draw(&mut self, viewer: &mut Viewer) -> Result<Option<Request>> {
+        let Some(texture) = self.surface.acquire()? else { return Ok(None) };
+        let target = texture.texture.create_view(&Default::default());
+        let device = self.surface.device.device.clone();
+        let mut encoder = device.create_command_encoder(&Default::default());
+        let drawn = self.frame(viewer).and_then(|frame| self.renderer.encode(&mut encoder, &frame));
+        if let Err(error) = &drawn {
+            // What was encoded so far belongs to no whole frame. The controls stay: they can set what was wrong.
+            viewer.complain(error);
+            encoder = device.create_command_encoder(&Default::default());
+        }
+        self.present.encode(&mut encoder, self.renderer.picture(), &target);
+        let facts = Facts { size: self.renderer.size(), samples: self.renderer.samples() };
+        let input = self.egui.take_egui_input(&self.window);
+        let mut request = None;
+        let output = self.egui.egui_ctx().clone().run_pass(input, |context| {
+            request = controls::show(context, viewer, facts).or(request);
+        });
+        self.egui.handle_platform_output(&self.window, output.platform_output.clone());
+        let commands = self.paint(&mut encoder, output, &target);
+        self.window.pre_present_notify();
+        self.surface.device.queue.submit(commands.into_iter().chain([encoder.finish()]));
+        self.surface.device.queue.present(texture);
+        viewer.history.push(self.renderer.times());
+        Ok(request)
+    }
+
+    /// The frame of this moment, of the renderer's size.
+    fn frame(&mut self, viewer: &Viewer) -> Result<Frame> {
+        let most = self.surface.device.device.limits().max_texture_dimension_2d;
+        self.renderer.resize(viewer.frame_size(self.surface.size(), most))?;
+        viewer.frame(self.renderer.size())
+    }
+
+    /// Draws the controls.
+    fn paint(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        output: egui::FullOutput,
+        target: &wgpu::TextureView,
+    ) -> Vec<wgpu::CommandBuffer> {
+        let device = &self.surface.device;
+        let egui::FullOutput { mut textures_delta, shapes, pixels_per_point, .. } = output;
+        let (width, height) = self.surface.size();
+        let screen = ScreenDescriptor { size_in_pixels: [width, height], pixels_per_point };
+        let mut changed: Vec<_> = textures_delta.set.drain().collect();
+        changed.sort_by_key(|(id, _)| *id);
+        for (id, deltas) in changed {
+            for delta in deltas {
+                self.painter.update_texture(&device.device, &device.queue, id, &delta);
+            }
+        }
+        let shapes = self.egui.egui_ctx().tessellate(shapes, pixels_per_point);
+        let commands = self.painter.update_buffers(&device.device, &device.queue, encoder, &shapes, &screen);
+        let pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("controls"),
+            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                view: target,
+                depth_slice: None,
+                resolve_target: None,
+                ops: wgpu::Operations { load: wgpu::LoadOp::Load, store: wgpu::StoreOp::Store },
+            })],
+            ..Default::default()
+        });
+        self.painter.render(&mut pass.forget_lifetime(), &shapes, &screen);
+        textures_delta.free.drain().for_each(|id| self.painter.free_texture(&id));
+        commands
+    }
+
+    /// Does what the viewer cannot do alone.
+    pub(super) fn answer(&mut self, request: Request, viewer: &mut Viewer) {
+        let answered = match request {
+            Request::Screenshot => save::screenshot(&self.renderer),
+            Request::Export => {
+                viewer.frame(self.renderer.size()).and_then(|of| save::export(&self.renderer, viewer, &of))
+            }
+            Request::Score => {
+                viewer.wants_scores = true;
+                Ok(format!("tracing {SCORE_SAMPLES} rays a pixel: hold still"))
+            }
+            Request::Record => match viewer.toggle_record().map(save::way) {
+                Some(saved) => saved,
+                None => return,
+            },
+            Request::Replay => return viewer.toggle_replay(),
+        };
+        viewer.message = answered.unwrap_or_else(|error: Error| error.to_string());
+    }
+
+    /// Compares the methods with the reference where that was asked for and has converged.
+    pub(super) fn score(&mut self, viewer: &mut Viewer) {
+        if !viewer.wants_scores {
+            return;
+        }
+        let scores = viewer.frame(self.renderer.size()).and_then(|of| save::scores(&self.renderer, &of));
+        match scores {
+            Ok(None) => {
+                let samples = self.renderer.samples();
+                viewer.message = format!("{samples} of {SCORE_SAMPLES} rays a pixel: hold still");
+                return;
+            }
+            Ok(Some(scores)) => viewer.message = scores,
+            Err(error) => viewer.complain(&error),
+        }
+        viewer.wants_scores = false;
+    }
+}

@@ -1,0 +1,154 @@
+//! A window's surface and the device that draws on it.
+
+use crate::{Error, Result};
+use aonet::net::gpu::{Device, wgpu};
+use std::pin::pin;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::task::{Context, Poll, Waker};
+use winit::window::Window;
+
+/// Features that are asked for where they exist: half floats for the networks, clocks for the graph.
+const WANTED: wgpu::Features = wgpu::Features::SHADER_F16.union(wgpu::Features::TIMESTAMP_QUERY);
+
+/// Where frames are shown.
+#[derive(Debug)]
+pub(super) struct Surface {
+    pub(super) device: Device,
+    surface: wgpu::Surface<'static>,
+    config: wgpu::SurfaceConfiguration,
+    lost: Arc<AtomicBool>,
+    complaint: Arc<Mutex<Option<String>>>,
+}
+
+impl Surface {
+    /// # Errors
+    /// When no adapter can draw on the window.
+    pub(super) fn new(window: &Arc<Window>) -> Result<Self> {
+        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
+        let refused = |what: &str, e: &dyn std::fmt::Display| {
+            Error::Core(aonet::Error::device(what, "one that draws on the window", e))
+        };
+        let surface = instance.create_surface(Arc::clone(window)).map_err(|e| refused("surface", &e))?;
+        let options = wgpu::RequestAdapterOptions {
+            power_preference: wgpu::PowerPreference::HighPerformance,
+            compatible_surface: Some(&surface),
+            ..Default::default()
+        };
+        let adapter = wait(instance.request_adapter(&options)).map_err(|e| refused("adapter", &e))?;
+        let device = request(&adapter)?;
+        let size = window.inner_size();
+        let mut config = surface
+            .get_default_config(&adapter, size.width.max(1), size.height.max(1))
+            .ok_or_else(|| refused("surface", &"one that the adapter cannot draw on"))?;
+        // The controls blend in sRGB values.
+        config.format = config.format.remove_srgb_suffix();
+        let formats = surface.get_capabilities(&adapter).formats;
+        if !formats.contains(&config.format) {
+            config.format = formats.first().copied().unwrap_or(config.format);
+        }
+        let (lost, complaint) = (Arc::new(AtomicBool::new(false)), Arc::default());
+        listen(&device.device, (&lost, &complaint));
+        let this = Self { device, surface, config, lost, complaint };
+        this.configure();
+        Ok(this)
+    }
+
+    fn configure(&self) {
+        self.surface.configure(&self.device.device, &self.config);
+    }
+
+    /// Follows the window; at a size of 0 there is nothing to draw on.
+    pub(super) fn resize(&mut self, width: u32, height: u32) {
+        if width > 0 && height > 0 {
+            (self.config.width, self.config.height) = (width, height);
+            self.configure();
+        }
+    }
+
+    /// The texture of the next frame; none where the window cannot be seen now or has just changed.
+    ///
+    /// # Errors
+    /// When the surface is gone for good.
+    pub(super) fn acquire(&self) -> Result<Option<wgpu::SurfaceTexture>> {
+        use wgpu::CurrentSurfaceTexture::{
+            Lost, Occluded, Outdated, Suboptimal, Success, Timeout, Validation,
+        };
+        match self.surface.get_current_texture() {
+            Success(texture) | Suboptimal(texture) => Ok(Some(texture)),
+            Timeout | Occluded => Ok(None),
+            Outdated => {
+                self.configure();
+                Ok(None)
+            }
+            Lost | Validation => {
+                self.lost.store(true, Ordering::Release);
+                Ok(None)
+            }
+        }
+    }
+
+    /// Whether device or surface are gone: all that was made on them has to be made anew.
+    pub(super) fn is_lost(&self) -> bool {
+        self.lost.load(Ordering::Acquire)
+    }
+
+    /// What the device has complained about since the last time.
+    pub(super) fn complaint(&self) -> Option<String> {
+        self.complaint.lock().unwrap_or_else(PoisonError::into_inner).take()
+    }
+
+    /// Format of the frames.
+    pub(super) fn format(&self) -> wgpu::TextureFormat {
+        self.config.format
+    }
+
+    /// Width and height [px].
+    pub(super) fn size(&self) -> (u32, u32) {
+        (self.config.width, self.config.height)
+    }
+}
+
+fn request(adapter: &wgpu::Adapter) -> Result<Device> {
+    let limits = adapter.limits();
+    let descriptor = wgpu::DeviceDescriptor {
+        label: Some("aonet_view"),
+        required_features: adapter.features() & WANTED,
+        // What large windows and scenes need; else what every adapter has.
+        required_limits: wgpu::Limits {
+            max_buffer_size: limits.max_buffer_size,
+            max_storage_buffer_binding_size: limits.max_storage_buffer_binding_size,
+            max_texture_dimension_2d: limits.max_texture_dimension_2d,
+            ..wgpu::Limits::default()
+        },
+        ..Default::default()
+    };
+    let (device, queue) = wait(adapter.request_device(&descriptor))
+        .map_err(|e| aonet::Error::device("device", "WebGPU's default limits", e))?;
+    Ok(Device { adapter: adapter.get_info(), device, queue })
+}
+
+/// Hears what goes wrong on the device outside of any call.
+fn listen(device: &wgpu::Device, (lost, complaint): (&Arc<AtomicBool>, &Arc<Mutex<Option<String>>>)) {
+    let lost = Arc::clone(lost);
+    device.set_device_lost_callback(move |reason, message| {
+        log::warn!("the graphics device is lost ({reason:?}): {message}");
+        lost.store(true, Ordering::Release);
+    });
+    let complaint = Arc::clone(complaint);
+    device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
+        let mut complaint = complaint.lock().unwrap_or_else(PoisonError::into_inner);
+        complaint.get_or_insert_with(|| error.to_string());
+    }));
+}
+
+/// The end of a future that ends by itself.
+fn wait<T>(future: impl Future<Output = T>) -> T {
+    let mut future = pin!(future);
+    loop {
+        if let Poll::Ready(done) = future.as_mut().poll(&mut Context::from_waker(Waker::noop())) {
+            return done;
+        }
+        std::thread::yield_now();
+    }
+}

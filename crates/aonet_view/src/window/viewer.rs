@@ -1,0 +1,276 @@
+//! What the window shows and how the camera moves: nothing of the device, so that a lost one costs no place.
+
+use super::Start;
+use super::graph::History;
+use super::load::{Loaded, Loading, coloured};
+use crate::renderer::{CameraPath, Frame, Method, Orbit, Show};
+use crate::{Error, Result};
+use aonet::AoParams;
+use aonet_offline::View;
+use aonet_offline::trace::Tracer;
+use glam::Vec3;
+use std::collections::HashSet;
+use std::time::{Duration, Instant};
+use winit::keyboard::KeyCode;
+
+/// Rays a pixel that a comparison waits for.
+// guess: their noise is below the differences between methods; `aonet demo` takes half of them.
+pub(super) const SCORE_SAMPLES: u32 = 256;
+
+/// Shortest time between keys of a recorded way.
+const KEY_SPACING: f32 = 0.1;
+
+/// What hands have set.
+#[derive(Debug)]
+pub(super) struct Viewer {
+    pub(super) tracer: Tracer,
+    /// Of the scene: field of view, planes. Its radius and place are where things began.
+    pub(super) view: View,
+    pub(super) orbit: Orbit,
+    pub(super) methods: [Method; 2],
+    pub(super) split: f32,
+    pub(super) show: Show,
+    /// AO radius [world units].
+    pub(super) radius: f32,
+    /// Texels of the frame for a pixel of the window, along a side.
+    pub(super) scale: f32,
+    /// Rays a pixel and frame of the reference.
+    pub(super) samples: u32,
+    pub(super) controls: bool,
+    pub(super) message: String,
+    pub(super) history: History,
+    pub(super) held: HashSet<KeyCode>,
+    pub(super) loading: Option<Loading>,
+    /// Whether the methods are to be compared with the reference as soon as it has converged.
+    pub(super) wants_scores: bool,
+    pub(super) way: CameraPath,
+    pub(super) motion: Motion,
+}
+
+/// Who moves the camera.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) enum Motion {
+    /// Hands.
+    Free,
+    /// Hands, and their way is written down since.
+    Recording(Instant),
+    /// The recorded way, since.
+    Replaying(Instant),
+}
+
+impl Viewer {
+    pub(super) fn new(start: Start) -> Self {
+        let Start { tracer, view, methods, split, show, way } = start;
+        let replays = way.is_some();
+        Self {
+            tracer: coloured(tracer.scene().clone()),
+            orbit: Orbit::of_view(&view),
+            radius: view.radius,
+            view,
+            methods,
+            split,
+            show,
+            scale: 1.0,
+            samples: 2,
+            controls: true,
+            message: String::new(),
+            history: History::default(),
+            held: HashSet::new(),
+            loading: None,
+            wants_scores: false,
+            way: way.unwrap_or_default(),
+            motion: if replays { Motion::Replaying(Instant::now()) } else { Motion::Free },
+        }
+    }
+
+    /// The frame of this moment for `size` (width, height) [px].
+    ///
+    /// # Errors
+    /// When hands have set what cannot be.
+    pub(super) fn frame(&self, size: (usize, usize)) -> Result<Frame> {
+        let camera = self.orbit.camera(self.view.fov_y_deg.to_radians(), size, self.view.near)?;
+        Ok(Frame {
+            camera,
+            far: self.view.far,
+            params: AoParams::new(self.radius)?,
+            methods: self.methods,
+            split: self.split,
+            show: self.show,
+            // Who waits for scores does not wait for frames.
+            samples: if self.wants_scores { self.samples.max(16) } else { self.samples },
+            traced: self.wants_scores,
+        })
+    }
+
+    /// Size of the frames in a window of `width` x `height` [px]; no side is above `most`.
+    pub(super) fn frame_size(&self, (width, height): (u32, u32), most: u32) -> (usize, usize) {
+        let side = |pixels: u32| ((pixels as f32 * self.scale).round() as u32).clamp(1, most) as usize;
+        (side(width), side(height))
+    }
+
+    /// Moves the camera by what is held down or recorded.
+    pub(super) fn advance(&mut self, since_last: Duration) {
+        let now = Instant::now();
+        match self.motion {
+            Motion::Free => self.walk(since_last.as_secs_f32()),
+            Motion::Recording(since) => {
+                self.walk(since_last.as_secs_f32());
+                let seconds = (now - since).as_secs_f32();
+                if self.way.keys.is_empty() || seconds >= self.way.span().1 + KEY_SPACING {
+                    self.way.record(seconds, &self.orbit);
+                }
+            }
+            Motion::Replaying(since) => {
+                let (first, last) = self.way.span();
+                let seconds = first + (now - since).as_secs_f32();
+                self.orbit = self.way.at(seconds).unwrap_or(self.orbit);
+                if seconds >= last {
+                    self.motion = Motion::Free;
+                }
+            }
+        }
+    }
+
+    /// The keys of games: W A S D walk, Q and E sink and rise, shift hurries.
+    fn walk(&mut self, seconds: f32) {
+        let held = |key| f32::from(u8::from(self.held.contains(&key)));
+        let step = Vec3::new(
+            held(KeyCode::KeyD) - held(KeyCode::KeyA),
+            held(KeyCode::KeyE) - held(KeyCode::KeyQ),
+            held(KeyCode::KeyW) - held(KeyCode::KeyS),
+        );
+        let hurry = if self.held.contains(&KeyCode::ShiftLeft) { 4.0 } else { 1.0 };
+        // guess: what is looked at is reached within two seconds. A stalled frame is no leap.
+        self.orbit.walk(step * hurry * 0.5 * self.orbit.distance * seconds.min(0.25));
+    }
+
+    /// Begins or ends the record of a way; the one that has ended is to be saved.
+    pub(super) fn toggle_record(&mut self) -> Option<&CameraPath> {
+        if let Motion::Recording(_) = self.motion {
+            self.motion = Motion::Free;
+            return Some(&self.way).filter(|way| !way.keys.is_empty());
+        }
+        self.way = CameraPath::default();
+        self.motion = Motion::Recording(Instant::now());
+        self.message = "recording the camera's way".into();
+        None
+    }
+
+    /// Begins or ends to go the recorded way.
+    pub(super) fn toggle_replay(&mut self) {
+        self.motion = match self.motion {
+            Motion::Replaying(_) => Motion::Free,
+            _ if self.way.keys.is_empty() => {
+                self.message = "nothing is recorded yet".into();
+                Motion::Free
+            }
+            _ => Motion::Replaying(Instant::now()),
+        };
+    }
+
+    /// Begins to read a dropped file.
+    pub(super) fn open(&mut self, path: std::path::PathBuf) {
+        self.message = format!("reading {}", path.display());
+        self.loading = Some(Loading::start(path, &self.view));
+    }
+
+    /// Takes a scene that has been read; true where there is a new one.
+    pub(super) fn take_loaded(&mut self) -> bool {
+        let Some(loaded) = self.loading.as_ref().and_then(Loading::poll) else { return false };
+        let path = self.loading.take().map(|loading| loading.path).unwrap_or_default();
+        match loaded {
+            Ok(loaded) => {
+                let triangles = loaded.0.scene().triangle.len();
+                self.message = format!("{}: {triangles} triangles", path.display());
+                self.show_scene(loaded);
+                true
+            }
+            Err(error) => {
+                self.message = format!("cannot show it: {error}");
+                false
+            }
+        }
+    }
+
+    fn show_scene(&mut self, (tracer, view): Loaded) {
+        self.orbit = Orbit::of_view(&view);
+        self.radius = view.radius;
+        (self.tracer, self.view) = (tracer, view);
+        self.way = CameraPath::default();
+        self.motion = Motion::Free;
+    }
+
+    /// Shows an error to people.
+    pub(super) fn complain(&mut self, error: &Error) {
+        self.message = error.to_string();
+    }
+}
+
+#[cfg(test)]
+pub(super) mod tests {
+    use super::*;
+    use aonet_offline::Scene;
+
+    /// A triangle in a window.
+    pub(in super::super) fn viewer() -> Viewer {
+        let position = vec![Vec3::ZERO, Vec3::X, Vec3::Y];
+        let scene =
+            Scene { position, normal: vec![Vec3::Z; 3], triangle: vec![[0, 1, 2]], ..Scene::default() };
+        let text = br#"{"eye": [0, 0, 3], "target": [0, 0, 0], "width": 200, "height": 100, "radius": 0.5}"#;
+        let view = serde_json::from_slice(text).unwrap();
+        let methods = [Method::Gtao, Method::Network];
+        let (split, show, way) = (0.5, Show::Shaded, None);
+        Viewer::new(Start { tracer: Tracer::new(scene), view, methods, split, show, way })
+    }
+
+    #[test]
+    fn held_keys_walk_and_stalls_are_no_leaps() {
+        let mut viewer = viewer();
+        viewer.held.insert(KeyCode::KeyW);
+        viewer.advance(Duration::from_millis(100));
+        assert!((viewer.orbit.eye().z - 2.85).abs() < 1e-4, "{}", viewer.orbit.eye());
+        viewer.advance(Duration::from_secs(3600));
+        assert!(viewer.orbit.eye().z > 2.0, "{}", viewer.orbit.eye());
+    }
+
+    #[test]
+    fn a_way_is_recorded_and_gone() {
+        let mut viewer = viewer();
+        viewer.toggle_replay();
+        assert_eq!((viewer.motion, viewer.message.as_str()), (Motion::Free, "nothing is recorded yet"));
+        assert!(viewer.toggle_record().is_none());
+        viewer.advance(Duration::ZERO);
+        let begin = viewer.orbit;
+        assert_eq!(viewer.toggle_record().map(|way| way.keys.len()), Some(1));
+        viewer.orbit.turn(1.0, 0.0);
+        viewer.toggle_replay();
+        viewer.advance(Duration::ZERO);
+        assert!(viewer.orbit.eye().distance(begin.eye()) < 1e-4);
+        assert_eq!(viewer.motion, Motion::Free);
+    }
+
+    #[test]
+    fn a_broken_file_is_a_message_and_the_scene_stays() {
+        let mut viewer = viewer();
+        viewer.open("no/such.glb".into());
+        let since = Instant::now();
+        while viewer.loading.is_some() && since.elapsed() < Duration::from_secs(60) {
+            assert!(!viewer.take_loaded());
+        }
+        assert!(viewer.message.contains("such.glb"), "{}", viewer.message);
+        assert_eq!(viewer.tracer.scene().triangle.len(), 1);
+    }
+
+    #[test]
+    fn frames_have_a_size_at_any_scale() {
+        let mut viewer = viewer();
+        assert_eq!(viewer.frame_size((201, 100), 8192), (201, 100));
+        viewer.scale = 0.25;
+        assert_eq!(
+            [viewer.frame_size((201, 100), 8192), viewer.frame_size((1, 0), 8192)],
+            [(50, 25), (1, 1)]
+        );
+        viewer.scale = 2.0;
+        assert_eq!(viewer.frame_size((5000, 100), 8192), (8192, 200));
+    }
+}

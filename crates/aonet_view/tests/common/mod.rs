@@ -1,0 +1,51 @@
+//! A device and frames for the tests of the renderer. Without a device a test says that it was skipped; with
+//! `AONET_REQUIRE_GPU=1` it fails.
+#![allow(dead_code, reason = "each test program uses some of it")]
+
+use aonet::net::gpu::Device;
+use aonet_offline::dataset::{SceneSpec, SceneSplit, propose_view};
+use aonet_offline::scene::colours;
+use aonet_offline::scene::procedural::{self, Kind};
+use aonet_offline::trace::Tracer;
+use aonet_offline::{Scene, View};
+use aonet_view::{Frame, Renderer};
+
+/// A device, or none, said so.
+pub(crate) fn device() -> Option<Device> {
+    match Device::wait_for() {
+        Ok(device) => Some(device),
+        Err(error) if std::env::var_os("AONET_REQUIRE_GPU").is_some_and(|v| v == "1") => panic!("{error}"),
+        Err(error) => {
+            eprintln!("skipped: {error}");
+            None
+        }
+    }
+}
+
+/// The room of `aonet demo` in plain colours, small.
+pub(crate) fn demo((width, height): (usize, usize)) -> (Tracer, View) {
+    let (mut scene, view) = procedural::demo();
+    colours::add_plain(&mut scene);
+    (Tracer::new(scene), View { width, height, ..view })
+}
+
+/// A scene and a view of it that the dataset could hold.
+pub(crate) fn proposed(kind: Kind, size: (usize, usize)) -> (Tracer, View) {
+    propose_view(&SceneSpec::procedural(kind, 3, SceneSplit::Train), size, 5).unwrap()
+}
+
+pub(crate) fn renderer(device: &Device, scene: &Scene, size: (usize, usize)) -> Renderer {
+    Renderer::new((&device.device, &device.queue), scene, size).unwrap()
+}
+
+/// A frame of a view.
+pub(crate) fn frame(view: &View) -> Frame {
+    Frame { far: view.far, ..Frame::new(view.camera().unwrap(), view.params().unwrap()) }
+}
+
+/// Draws a frame.
+pub(crate) fn draw(device: &Device, renderer: &mut Renderer, frame: &Frame) {
+    let mut encoder = device.device.create_command_encoder(&Default::default());
+    renderer.encode(&mut encoder, frame).unwrap();
+    device.queue.submit([encoder.finish()]);
+}

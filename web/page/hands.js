@@ -1,0 +1,63 @@
+// Mouse, fingers and keys that move the viewer.
+
+// Radians a height of the canvas. guess: half a turn over a screen.
+const TURN = 3;
+// Distance a notch of the wheel or a key.
+const NEARER = 0.9;
+// Radians and parts of the distance a key.
+const STEP = 0.08;
+
+/** Calls `move(viewer => ..)` for what hands do on a canvas. */
+export function hands(canvas, move) {
+    const fingers = new Map();
+
+    canvas.addEventListener("pointerdown", (event) => {
+        canvas.setPointerCapture(event.pointerId);
+        fingers.set(event.pointerId, event);
+    });
+    for (const end of ["pointerup", "pointercancel"]) {
+        canvas.addEventListener(end, (event) => fingers.delete(event.pointerId));
+    }
+    canvas.addEventListener("pointermove", (event) => {
+        const last = fingers.get(event.pointerId);
+        if (!last) {
+            return;
+        }
+        const other = [...fingers.values()].find((finger) => finger.pointerId !== event.pointerId);
+        // Two fingers share the way.
+        const unit = canvas.clientHeight * (other ? 2 : 1);
+        const x = (event.clientX - last.clientX) / unit;
+        const y = (event.clientY - last.clientY) / unit;
+        fingers.set(event.pointerId, event);
+        if (other) {
+            const apart = (finger) => Math.hypot(finger.clientX - other.clientX, finger.clientY - other.clientY);
+            const factor = Math.max(apart(last), 1) / Math.max(apart(event), 1);
+            move((viewer) => (viewer.pan(-x, y), viewer.zoom(factor)));
+        } else if (event.shiftKey || event.buttons & 6) {
+            move((viewer) => viewer.pan(-x, y));
+        } else {
+            move((viewer) => viewer.turn(-TURN * x, -TURN * y));
+        }
+    });
+    canvas.addEventListener("wheel", (event) => {
+        event.preventDefault();
+        move((viewer) => viewer.zoom(event.deltaY > 0 ? 1 / NEARER : NEARER));
+    }, { passive: false });
+    canvas.addEventListener("contextmenu", (event) => event.preventDefault());
+
+    canvas.addEventListener("keydown", (event) => {
+        const way = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] }[event.key];
+        const factor = { "+": NEARER, "=": NEARER, "-": 1 / NEARER }[event.key];
+        if (event.ctrlKey || event.metaKey || event.altKey || !(way || factor)) {
+            return;
+        }
+        event.preventDefault();
+        if (factor) {
+            move((viewer) => viewer.zoom(factor));
+        } else if (event.shiftKey) {
+            move((viewer) => viewer.pan(STEP * way[0], STEP * way[1]));
+        } else {
+            move((viewer) => viewer.turn(STEP * way[0], -STEP * way[1]));
+        }
+    });
+}

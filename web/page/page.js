@@ -1,0 +1,196 @@
+// The document around the picture: controls, files, sizes, sentences. What they do is in the crate beside this folder.
+
+import { hands } from "./hands.js";
+
+const NO_WEBGPU = "This browser shows no picture: aonet needs WebGPU, and this browser offers none here. Recent versions of " +
+    "Chrome, Edge, Firefox and Safari have it, on pages that come over https or from localhost.";
+// Files beyond do not fit into the memory that a page has. guess: half of the 4 GiB of 32-bit addresses, for file and scene.
+const MOST_BYTES = 2 ** 30;
+const REFUSES = "The graphics device refuses: ";
+
+const of = (id) => document.getElementById(id);
+const canvas = of("picture");
+let viewer;
+
+/** Shows a sentence until there is another one; none for "". */
+function say(text) {
+    of("message").textContent = text;
+    of("message").hidden = text === "";
+}
+
+/** Whether the device has refused something: what it draws from then on is not to be trusted. */
+function refused() {
+    return of("message").textContent.startsWith(REFUSES);
+}
+
+/** The last sentence: nothing can be shown any more. */
+function stop(text) {
+    document.body.dataset.state = "stopped";
+    say(text);
+}
+
+/** After a bug of ours, and without memory, the viewer can do nothing more. */
+function fail(error) {
+    if (error instanceof WebAssembly.RuntimeError || error.message.startsWith("panicked")) {
+        stop(`aonet has failed: ${error.message}. Load the page again to go on.`);
+    } else {
+        say(error.message);
+    }
+}
+
+const frames = {
+    wanted: false,
+    running: false,
+    drawn: 0,
+
+    /** Something has changed. */
+    want() {
+        this.wanted = true;
+        if (!this.running && viewer && document.body.dataset.state !== "stopped") {
+            this.run();
+        }
+    },
+
+    /** One frame at a time, as long as something changes. */
+    async run() {
+        this.running = true;
+        document.body.dataset.state = "drawing";
+        while (this.wanted && document.body.dataset.state !== "stopped") {
+            this.wanted = false;
+            await new Promise(requestAnimationFrame);
+            try {
+                fit();
+                const end = viewer.draw();
+                // The picture can be read until the browser has shown it.
+                canvas.dispatchEvent(new Event("draw"));
+                await end;
+                this.wanted ||= viewer.converges();
+            } catch (error) {
+                fail(error);
+            }
+            document.body.dataset.drawn = ++this.drawn;
+            tell();
+        }
+        this.running = false;
+        if (document.body.dataset.state === "drawing") {
+            document.body.dataset.state = "resting";
+        }
+    },
+};
+
+/** Says below the picture what it took to draw it, and where it was drawn from. */
+function tell() {
+    of("times").textContent = `${canvas.width} x ${canvas.height} pixels. ${viewer.times()}`;
+    of("view").textContent = viewer.view();
+}
+
+/** Gives the canvas as many pixels as are asked for. */
+function fit() {
+    const scale = devicePixelRatio * Number(of("scale").value);
+    const sides = [canvas.clientWidth, canvas.clientHeight].map((side) => Math.max(1, Math.round(side * scale)));
+    if (sides[0] !== canvas.width || sides[1] !== canvas.height) {
+        viewer.resize(...sides);
+        [canvas.width, canvas.height] = sides;
+    }
+}
+
+/** Does something to the viewer and shows what came of it, or why nothing did. */
+function change(what) {
+    try {
+        what(viewer);
+        if (!refused()) {
+            say("");
+        }
+    } catch (error) {
+        fail(error);
+    }
+    frames.want();
+}
+
+function show_radius() {
+    const digits = viewer.radius() < 0.1 ? 3 : 2;
+    of("radius_text").value = `${viewer.radius().toFixed(digits)} units of the scene`;
+    of("radius").value = Math.log10(viewer.radius() / viewer.scene_radius());
+}
+
+async function open_file(file) {
+    if (!file) {
+        return;
+    }
+    if (file.size > MOST_BYTES) {
+        say(`${file.name}: expected at most ${MOST_BYTES} bytes, found ${file.size}`);
+        return;
+    }
+    try {
+        const bytes = new Uint8Array(await file.arrayBuffer());
+        change((viewer) => viewer.open(file.name, bytes));
+    } catch (error) {
+        say(`${file.name}: ${error.message}`);
+    }
+    show_radius();
+}
+
+function listen() {
+    of("left").onchange = of("right").onchange =
+        () => change((viewer) => viewer.set_methods(of("left").value, of("right").value));
+    of("show").onchange = () => change((viewer) => viewer.set_show(of("show").value));
+    of("split").oninput = () => change((viewer) => viewer.set_split(Number(of("split").value)));
+    of("scale").onchange = () => frames.want();
+    of("radius").oninput = () => {
+        change((viewer) => viewer.set_radius(viewer.scene_radius() * 10 ** Number(of("radius").value)));
+        show_radius();
+    };
+    of("file").onchange = () => open_file(of("file").files[0]);
+    of("controls").onsubmit = (event) => event.preventDefault();
+    hands(canvas, change);
+    new ResizeObserver(() => frames.want()).observe(canvas);
+    for (const [name, over] of [["dragover", true], ["dragleave", false], ["drop", false]]) {
+        addEventListener(name, (event) => {
+            event.preventDefault();
+            document.body.classList.toggle("drop", over);
+        });
+    }
+    addEventListener("drop", (event) => open_file(event.dataTransfer.files[0]));
+}
+
+function fill(select, names, titles, chosen) {
+    select.replaceChildren(...names.map((name, i) => new Option(titles[i], name, false, name === chosen)));
+}
+
+/** Sentences of the device, as they come. */
+async function hear() {
+    for (;;) {
+        const sentence = await viewer.trouble();
+        if (sentence.startsWith("lost: ")) {
+            return stop(`The graphics device is gone (${sentence.slice(6)}). Load the page again to go on.`);
+        }
+        console.error(sentence);
+        // What follows from the first is of no use to anybody.
+        if (!refused()) {
+            say(`${REFUSES}${sentence}`);
+        }
+    }
+}
+
+async function start() {
+    const adapter = await navigator.gpu?.requestAdapter({ powerPreference: "high-performance" });
+    if (!adapter) {
+        return stop(NO_WEBGPU);
+    }
+    const aonet = await import("./aonet_web.js");
+    await aonet.default();
+    viewer = await aonet.Viewer.create(canvas, navigator.gpu.getPreferredCanvasFormat());
+    const [names, titles, shows] = [aonet.method_names(), aonet.method_titles(), aonet.show_names()];
+    fill(of("left"), names, titles, "off");
+    fill(of("right"), names, titles, "network");
+    fill(of("show"), shows, shows, "shaded");
+    listen();
+    hear();
+    show_radius();
+    change((viewer) => {
+        viewer.set_methods(of("left").value, of("right").value);
+        viewer.set_split(Number(of("split").value));
+    });
+}
+
+start().catch((error) => stop(`aonet cannot start: ${error.message}`));

@@ -1,0 +1,228 @@
+//! What the page shows and what its controls do. The page itself, in `page/`, knows the document; this crate knows the
+//! renderer, and of the document a canvas only.
+
+mod canvas;
+mod stage;
+mod trouble;
+
+use aonet::AoParams;
+use aonet::net::gpu::Device;
+use aonet_offline::Scene;
+use aonet_offline::scene::{MissingNormals, colours, gltf, procedural};
+use aonet_offline::trace::Tracer;
+use aonet_view::renderer::{Frame, Method, Renderer, Show};
+use canvas::Canvas;
+use stage::Stage;
+use std::fmt::Display;
+use trouble::Trouble;
+use wasm_bindgen::prelude::*;
+use wasm_bindgen::throw_str;
+
+/// A scene on a canvas.
+#[wasm_bindgen]
+pub struct Viewer {
+    device: Device,
+    canvas: Canvas,
+    renderer: Renderer,
+    scene: Shown,
+    stage: Stage,
+    frame: Frame,
+    trouble: Trouble,
+}
+
+/// The scene on the canvas. The hierarchy takes a while: it is built when somebody wants to see what rays find.
+enum Shown {
+    Drawn(Scene),
+    Traced,
+}
+
+/// Rays a pixel of the reference: in a frame, and in all.
+// guess: a frame lasts as long as a network's on cards without ray tracing units; a share of 512 rays strays by 2 % at most.
+const SAMPLES: u32 = 4;
+const MOST_SAMPLES: u32 = 512;
+
+#[wasm_bindgen]
+impl Viewer {
+    /// The demo scene on a canvas in the browser's preferred format.
+    ///
+    /// # Errors
+    /// When the browser has no device with WebGPU's default limits, or none for the canvas.
+    pub async fn create(canvas: web_sys::HtmlCanvasElement, format: &str) -> Result<Viewer, JsError> {
+        // A panic is a bug of ours: the page gets its text.
+        std::panic::set_hook(Box::new(|panic| throw_str(&panic.to_string())));
+        let device = Device::request().await.map_err(shown)?;
+        let trouble = Trouble::of(&device.device);
+        let size = (canvas.width() as usize, canvas.height() as usize);
+        let (mut scene, view) = procedural::demo();
+        colours::add_plain(&mut scene);
+        let renderer = Renderer::new((&device.device, &device.queue), &scene, size).map_err(shown)?;
+        let stage = Stage::of_view(&view);
+        let mut frame = Frame::new(stage.camera(size).map_err(shown)?, view.params().map_err(shown)?);
+        frame.far = stage.far;
+        let canvas = Canvas::new(&device, canvas, format).map_err(shown)?;
+        Ok(Self { device, canvas, renderer, scene: Shown::Drawn(scene), stage, frame, trouble })
+    }
+
+    /// A promise of the next sentence about something that went wrong on the device. None follows after a lost one.
+    pub fn trouble(&self) -> js_sys::Promise {
+        self.trouble.next()
+    }
+
+    /// Follows the canvas to another size [px].
+    ///
+    /// # Errors
+    /// When a side is 0 or too large for the device.
+    pub fn resize(&mut self, width: u32, height: u32) -> Result<(), JsError> {
+        self.renderer.resize((width as usize, height as usize)).map_err(shown)?;
+        self.canvas.resize(&self.device.device, (width, height));
+        Ok(())
+    }
+
+    /// Draws a frame; a promise of its end.
+    ///
+    /// # Errors
+    /// When a method cannot run on the device, or the canvas takes no picture.
+    pub fn draw(&mut self) -> Result<js_sys::Promise, JsError> {
+        self.frame.camera = self.stage.camera(self.renderer.size()).map_err(shown)?;
+        self.frame.samples = SAMPLES.min(MOST_SAMPLES.saturating_sub(self.renderer.samples()));
+        self.trace().map_err(shown)?;
+        let mut encoder = self.device.device.create_command_encoder(&Default::default());
+        self.renderer.encode(&mut encoder, &self.frame).map_err(shown)?;
+        self.canvas.show(&self.device, encoder, self.renderer.picture()).map_err(shown)?;
+        Ok(trouble::end_of(&self.device.queue))
+    }
+
+    /// Whether the next frame would show more than the last, though nothing has changed.
+    pub fn converges(&self) -> bool {
+        self.frame.traces() && self.renderer.samples() < MOST_SAMPLES
+    }
+
+    /// Shows a glTF file in one piece: a `.glb`, or a `.gltf` with its buffers inside.
+    ///
+    /// # Errors
+    /// Says what is wrong with the file; the scene stays then.
+    pub fn open(&mut self, name: &str, bytes: &[u8]) -> Result<(), JsError> {
+        let named = |error: &dyn Display| JsError::new(&format!("{name}: {error}"));
+        let mut scene = gltf::from_bytes(bytes, None, name, MissingNormals::CREASE).map_err(|e| named(&e))?;
+        colours::add_plain(&mut scene);
+        self.renderer.set_scene(&scene).map_err(|e| named(&e))?;
+        self.scene = Shown::Drawn(scene);
+        self.stage = Stage::around(self.renderer.bounds());
+        self.frame.far = self.stage.far;
+        self.set_radius(self.stage.radius)
+    }
+
+    /// Methods left and right of the slider, by name.
+    ///
+    /// # Errors
+    /// When there is no such method.
+    pub fn set_methods(&mut self, left: &str, right: &str) -> Result<(), JsError> {
+        self.frame.methods = [left.parse().map_err(shown)?, right.parse().map_err(shown)?];
+        Ok(())
+    }
+
+    /// Place of the slider, from 0 at the left edge to 1.
+    pub fn set_split(&mut self, split: f32) {
+        self.frame.split = split.clamp(0.0, 1.0);
+    }
+
+    /// What is drawn, by name.
+    ///
+    /// # Errors
+    /// When there is no such picture.
+    pub fn set_show(&mut self, show: &str) -> Result<(), JsError> {
+        self.frame.show = show.parse().map_err(shown)?;
+        Ok(())
+    }
+
+    /// The AO radius [world units].
+    ///
+    /// # Errors
+    /// When it is not above 0.
+    pub fn set_radius(&mut self, radius: f32) -> Result<(), JsError> {
+        self.frame.params = AoParams::new(radius).map_err(shown)?;
+        Ok(())
+    }
+
+    /// The AO radius [world units].
+    pub fn radius(&self) -> f32 {
+        self.frame.params.radius
+    }
+
+    /// A length to compare radii with: the radius of the scene [world units].
+    pub fn scene_radius(&self) -> f32 {
+        self.renderer.bounds().radius()
+    }
+
+    /// Turns about the middle by angles [rad]: to the left, and up.
+    pub fn turn(&mut self, yaw: f32, pitch: f32) {
+        self.stage.orbit.turn(yaw, pitch);
+    }
+
+    /// Moves the viewer in the plane of the picture by parts of the distance: to the right, and up.
+    pub fn pan(&mut self, right: f32, up: f32) {
+        self.stage.orbit.pan(right, up);
+    }
+
+    /// Multiplies the distance.
+    pub fn zoom(&mut self, factor: f32) {
+        self.stage.orbit.zoom(factor);
+    }
+
+    /// The camera and the AO radius as the command line reads them: `aonet trace SCENE.glb --view VIEW.json`.
+    ///
+    /// # Errors
+    /// Never.
+    pub fn view(&self) -> Result<String, JsError> {
+        Ok(serde_json::to_string(&self.stage.view(self.renderer.size(), self.radius()))?)
+    }
+
+    /// Milliseconds on the device, step by step, of a frame not long ago, where the device has a clock; and how many rays a
+    /// reference has.
+    pub fn times(&self) -> String {
+        let steps = self.renderer.times().iter().map(|time| format!("{} {:.1} ms", time.label, time.ms));
+        let rays = self.frame.traces().then(|| format!("{} rays a pixel", self.renderer.samples()));
+        steps.chain(rays).collect::<Vec<_>>().join(", ")
+    }
+
+    /// What draws.
+    pub fn adapter(&self) -> String {
+        let of = &self.device.adapter;
+        [&of.name, &of.driver].into_iter().filter(|s| !s.is_empty()).cloned().collect::<Vec<_>>().join(", ")
+    }
+}
+
+impl Viewer {
+    /// Gives the renderer what rays need, once a frame shows some.
+    fn trace(&mut self) -> aonet_view::Result<()> {
+        let Shown::Drawn(scene) = &mut self.scene else { return Ok(()) };
+        if !self.frame.traces() {
+            return Ok(());
+        }
+        let tracer = Tracer::new(std::mem::take(scene));
+        self.scene = Shown::Traced;
+        self.renderer.set_tracer(&tracer)
+    }
+}
+
+/// Names of the methods in the order of their titles.
+#[wasm_bindgen]
+pub fn method_names() -> Vec<String> {
+    Method::ALL.map(|method| method.name().to_owned()).into()
+}
+
+/// What people call the methods.
+#[wasm_bindgen]
+pub fn method_titles() -> Vec<String> {
+    Method::ALL.map(|method| method.title().to_owned()).into()
+}
+
+/// Names of the pictures.
+#[wasm_bindgen]
+pub fn show_names() -> Vec<String> {
+    Show::ALL.map(|show| show.name().to_owned()).into()
+}
+
+fn shown(error: impl Display) -> JsError {
+    JsError::new(&error.to_string())
+}

@@ -1,0 +1,71 @@
+//! Where the viewer stands and how far it sees.
+
+use aonet::{Camera, Result};
+use aonet_offline::View;
+use aonet_offline::scene::Bounds;
+use aonet_view::renderer::Orbit;
+
+/// A camera that hands can move, and lengths that suit the scene [world units].
+pub(crate) struct Stage {
+    pub(crate) orbit: Orbit,
+    /// Vertical field of view [degrees].
+    fov_y_deg: f32,
+    near: f32,
+    pub(crate) far: f32,
+    /// An AO radius to begin with.
+    pub(crate) radius: f32,
+}
+
+/// Of scenes from files: vertical field of view [degrees], direction of the view [rad], and the AO radius in radii of the
+/// scene.
+// guess: a portrait of an object from somewhat above.
+const FOV_Y_DEG: f32 = 40.0;
+const YAW: f32 = 0.6;
+const PITCH: f32 = -0.35;
+const RADIUS: f32 = 0.1;
+
+impl Stage {
+    /// The camera of a view.
+    pub(crate) fn of_view(view: &View) -> Self {
+        Self {
+            orbit: Orbit::of_view(view),
+            fov_y_deg: view.fov_y_deg,
+            near: view.near,
+            far: view.far,
+            radius: view.radius,
+        }
+    }
+
+    /// A camera from which all of a scene is seen.
+    pub(crate) fn around(bounds: Bounds) -> Self {
+        let radius = bounds.radius();
+        let mut orbit = Orbit::new(bounds.centre() + radius * glam::Vec3::Z, bounds.centre());
+        orbit.turn(YAW, PITCH);
+        orbit.zoom(1.0 / (0.5 * FOV_Y_DEG.to_radians()).sin());
+        Self { orbit, fov_y_deg: FOV_Y_DEG, near: 0.0, far: f32::INFINITY, radius: RADIUS * radius }
+    }
+
+    /// The camera for frames of `size` (width, height) [px].
+    ///
+    /// # Errors
+    /// When the size is out of range.
+    pub(crate) fn camera(&self, size: (usize, usize)) -> Result<Camera> {
+        self.orbit.camera(self.fov_y_deg.to_radians(), size, self.near)
+    }
+
+    /// What the command line calls a view, with frames of `size` (width, height) [px] and an AO radius [world units].
+    pub(crate) fn view(&self, (width, height): (usize, usize), radius: f32) -> View {
+        View {
+            eye: self.orbit.eye().to_array(),
+            target: self.orbit.target.to_array(),
+            up: [0.0, 1.0, 0.0],
+            fov_y_deg: self.fov_y_deg,
+            ortho_height: None,
+            width,
+            height,
+            near: self.near,
+            far: self.far,
+            radius,
+        }
+    }
+}
