@@ -82,7 +82,13 @@ fn main() -> ExitCode {
     let cli = Cli::parse();
     let level = [log::LevelFilter::Warn, log::LevelFilter::Debug, log::LevelFilter::Trace]
         [usize::from(cli.verbose.min(2))];
-    env_logger::Builder::new().filter_level(level).init();
+    let mut logger = env_logger::Builder::new();
+    logger.filter_level(level);
+    // The shader compiler says everything about every shader.
+    for part in ["naga", "wgpu_core", "wgpu_hal"] {
+        logger.filter_module(part, log::LevelFilter::Warn);
+    }
+    logger.init();
     match run(cli.command) {
         Ok(Outcome::Done) => ExitCode::SUCCESS,
         Ok(Outcome::CheckFailed) => ExitCode::from(1),

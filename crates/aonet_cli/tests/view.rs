@@ -110,7 +110,7 @@ mod viewer {
             ("--show magic", "magic"),
             ("--size 0x0", "above 0"),
             ("--size 12", "0"),
-            ("--radius -1", "radius"),
+            ("--radius=-1", "radius"),
             ("--camera-path empty.json", "empty.json"),
             ("--camera-path absent.json", "absent.json"),
             ("absent.glb", "absent.glb"),
