@@ -3,7 +3,7 @@
 use super::flags::KernelsFlag;
 use crate::cmd::bench::Args;
 use crate::cmd::bench::subject::{self, Method};
-use crate::setup;
+use crate::{output, setup};
 use anyhow::{Context, Result};
 use aonet::classic::Classic;
 use aonet::net::gpu::{Device, Kernels, Precision};
@@ -14,7 +14,15 @@ pub(super) fn methods(args: &Args) -> Result<Vec<(String, Method)>> {
     let none = args.model.is_empty() && args.config.is_empty() && args.classic.is_empty();
     if !none || args.methods.is_some() {
         let load = |s: subject::Subject| Ok((s.name.clone(), s.load(args)?));
-        return subject::collect(args)?.into_iter().map(load).collect();
+        let mut methods = subject::collect(args)?.into_iter().map(load).collect::<Result<Vec<_>>>()?;
+        methods.retain(|(name, method)| {
+            let has_shaders = !matches!(method, Method::Classic(Classic::Nnao(_)));
+            if !has_shaders {
+                output::note(&format!("{name} has no shaders: left out"));
+            }
+            has_shaders
+        });
+        return Ok(methods);
     }
     let paper = Model::from_bytes(shipped::PAPER).context("the shipped network of the paper")?;
     let mut methods = vec![
