@@ -21,7 +21,7 @@ Examples:
   aonet view robot.glb --method network --against reference
   aonet view --headless --frames 1 --size 640x360 --method network --against off --out pictures
   aonet view hall.glb --headless --camera-path way.json --frames 120 --out film")]
-#[cfg_attr(not(feature = "viewer"), expect(dead_code, reason = "read by builds with a viewer"))]
+#[cfg_attr(not(feature = "viewer"), allow(dead_code, reason = "read by builds with a viewer"))]
 pub(crate) struct Args {
     /// A .glb or .gltf file, or procedural:KIND:SEED.
     scene: Option<SceneSource>,
