@@ -29,7 +29,7 @@ fn gpu() -> Result<Backend> {
     use anyhow::Context;
     let device = aonet::net::gpu::Device::wait_for().context("--device gpu")?;
     log::debug!("{}: {}", device.adapter.name, device.adapter.driver_info);
-    Ok(Backend::Gpu(device))
+    Ok(Backend::Gpu(Box::new(device)))
 }
 
 #[cfg(not(feature = "gpu"))]

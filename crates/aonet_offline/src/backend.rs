@@ -16,7 +16,7 @@ pub enum Backend {
     Cpu,
     /// On a device.
     #[cfg(feature = "gpu")]
-    Gpu(aonet::net::gpu::Device),
+    Gpu(Box<aonet::net::gpu::Device>),
 }
 
 /// A scene, ready for the rays of references.

@@ -3,7 +3,7 @@
 //! A [`Reference`] encodes rays into a command encoder of the caller and counts those that are open, pixel by pixel, until there
 //! are enough of them: a renderer adds a few every frame, [`Offscreen`] all at once. Rays start at a
 //! [`Surface`](crate::gbuffer::Surface), as on a CPU, or at what a renderer knows of a frame: normals and depth. All of it
-//! is WGSL within the default limits of WebGPU; scenes of more than two million triangles need larger bindings than these.
+//! is WGSL within the default limits of WebGPU; scenes of more than 2.8 million triangles need larger bindings than these.
 //!
 //! ```no_run
 //! use aonet::net::gpu::{DepthEncoding, Frame, wgpu};

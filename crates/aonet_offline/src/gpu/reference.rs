@@ -14,7 +14,7 @@ use aonet::net::gpu::{DepthEncoding, Frame, scoped, wgpu};
 use aonet::{AoParams, camera};
 
 /// Rays of a dispatch: no driver's watchdog sees one that lasts.
-// guess: a tenth of a second where a GPU traces ten million rays a second, fewer than any that was seen.
+// guess: a tenth of a second at ten million rays a second, which is slow.
 pub(super) const DISPATCH_RAYS: u32 = 1 << 20;
 
 /// Most rays of one [`Reference::encode`].

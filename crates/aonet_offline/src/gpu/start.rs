@@ -3,7 +3,7 @@
 use super::image::check_size;
 use super::memory::{Context, Ring};
 use super::program::{self, Sees};
-use crate::gbuffer::{NO_TRIANGLE, Surface};
+use crate::gbuffer::Surface;
 use crate::reference::Point;
 use crate::{Result, Scene};
 use aonet::net::gpu::{DepthEncoding, Frame, scoped, wgpu};
@@ -175,11 +175,7 @@ impl Points {
             let [expected, found] = [self.size, found].map(|(width, height)| format!("{width}x{height}"));
             return Err(Error::size("surface", expected, found).into());
         }
-        let triangles = scene.triangle.len();
-        if let Some(found) = surface.triangle.iter().find(|t| **t as usize >= triangles && **t != NO_TRIANGLE)
-        {
-            return Err(crate::Error::request("surface", format!("one of {triangles} triangles"), found));
-        }
+        check_triangles(scene, surface)?;
         let mut bytes = [(); 3].map(|()| vec![0; found.0 * found.1 * POINT_BYTES]);
         let [origins, normals, geo_normals] = bytes.each_mut().map(|b| b.par_chunks_exact_mut(POINT_BYTES));
         origins.zip(normals).zip(geo_normals).enumerate().for_each(|(i, ((origin, normal), geo_normal))| {
@@ -193,6 +189,25 @@ impl Points {
             self.buffers.iter().zip(&bytes).for_each(|(to, of)| context.queue.write_buffer(to, 0, of));
             Ok(())
         })?)
+    }
+}
+
+/// # Errors
+/// When a pixel shows no triangle of `scene`.
+fn check_triangles(scene: &Scene, surface: &Surface) -> Result<()> {
+    let (pixels, triangles) = (surface.gbuffer.depth().len(), scene.triangle.len());
+    let found = (surface.triangle.len(), surface.geo_normal.len());
+    if found != (pixels, pixels) {
+        let found = format!("{} and {}", found.0, found.1);
+        return Err(Error::size("surface", format!("{pixels} triangles and normals"), found).into());
+    }
+    let wrong = |i: &usize| surface.gbuffer.is_foreground(*i) && surface.triangle[*i] as usize >= triangles;
+    match (0..pixels).find(wrong) {
+        Some(i) => {
+            let expected = format!("one of {triangles} triangles at pixel {i}");
+            Err(crate::Error::request("surface", expected, surface.triangle[i]))
+        }
+        None => Ok(()),
     }
 }
 

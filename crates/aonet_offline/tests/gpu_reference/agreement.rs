@@ -5,12 +5,13 @@ use super::{LEAST_PSNR, agreement, both, device, procedural};
 use aonet_offline::View;
 use aonet_offline::gbuffer::render;
 use aonet_offline::gpu::Offscreen;
-use aonet_offline::reference::Sampling;
+use aonet_offline::reference::{Sampling, reference_ao};
 use aonet_offline::scene::gltf::{self, MissingNormals};
 use aonet_offline::scene::procedural::Kind;
 use aonet_offline::trace::Tracer;
 use glam::Vec3;
 use std::path::PathBuf;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 const SAMPLING: Sampling = Sampling { spp: 1024, seed: 7 };
 
@@ -64,6 +65,25 @@ fn every_procedural_scene_agrees_with_the_cpu() {
     }
 }
 
+#[test]
+fn rays_below_the_surface_are_not_open() {
+    let Some(device) = device() else { return };
+    let tracer = Tracer::new(floor(100.0));
+    let above = view(Vec3::new(0.3, 2.0, 0.4), Vec3::ZERO, 50.0);
+    let mut surface = render(&tracer, &above).unwrap();
+    // A surface that leans more than its normal.
+    let normal = surface.gbuffer.normal()[40];
+    let across = Vec3::from(normal).any_orthonormal_vector();
+    let leaning = (Vec3::from(normal) + across).normalize();
+    surface.geo_normal.fill(leaning.into());
+    let mut offscreen = Offscreen::new(&device, &tracer).unwrap();
+    let ao = offscreen.reference_ao(&surface, above.params().unwrap(), SAMPLING, &|_| ()).unwrap();
+    let expected = 0.5 * (1.0 + 0.5f32.sqrt());
+    for v in ao.visibility() {
+        assert!((v - expected).abs() <= five_sigma(expected), "{v} instead of {expected}");
+    }
+}
+
 /// Scenes of the folder that `AONET_DATA` names; they are not part of the project.
 #[test]
 fn scenes_of_others_agree_with_the_cpu() {
@@ -90,20 +110,23 @@ fn scenes_of_others_agree_with_the_cpu() {
 #[test]
 fn rays_are_counted_and_many_of_them_take_several_dispatches() {
     let Some(device) = device() else { return };
-    let scene = floor(1.0);
+    let mut scene = floor(1.0);
+    scene.append(&cuboid(Vec3::new(-0.5, 0.0, -0.5), Vec3::new(0.5, 0.6, 0.5)));
     let tracer = Tracer::new(scene);
-    let wide =
-        View { fov_y_deg: 60.0, width: 90, height: 70, ..view(Vec3::new(0.0, 3.0, 0.1), Vec3::ZERO, 1.0) };
-    let surface = render(&tracer, &wide).unwrap();
-    let rays = std::sync::atomic::AtomicU64::new(0);
+    let wide = view(Vec3::new(0.4, 3.0, 1.0), Vec3::ZERO, 1.0);
+    let wide = View { fov_y_deg: 60.0, width: 90, height: 70, ..wide };
+    let (surface, params) = (render(&tracer, &wide).unwrap(), wide.params().unwrap());
+    let rays = AtomicU64::new(0);
     let count = |n| {
-        rays.fetch_add(n, std::sync::atomic::Ordering::Relaxed);
+        rays.fetch_add(n, Ordering::Relaxed);
     };
     // 1.6 million rays, with those of the background that are not traced.
     let sampling = Sampling { spp: 256, seed: 1 };
     let mut offscreen = Offscreen::new(&device, &tracer).unwrap();
-    let ao = offscreen.reference_ao(&surface, wide.params().unwrap(), sampling, &count).unwrap();
+    let gpu = offscreen.reference_ao(&surface, params, sampling, &count).unwrap();
+    let cpu = reference_ao(&tracer, &surface, params, sampling, &|_| ()).unwrap();
     let foreground = (0..90 * 70).filter(|&i| surface.gbuffer.is_foreground(i)).count();
-    assert!(foreground < 90 * 70 && ao.visibility().iter().all(|v| *v == 1.0));
     assert_eq!(rays.into_inner(), 256 * foreground as u64);
+    assert!(foreground < 90 * 70 && cpu.visibility().iter().any(|v| *v < 0.6));
+    assert!(agreement(&cpu, &gpu) >= LEAST_PSNR);
 }

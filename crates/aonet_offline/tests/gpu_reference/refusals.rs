@@ -1,7 +1,7 @@
 //! What is refused, and what a device needs to have.
 
 use super::device::{filled, target};
-use super::textures::Shown;
+use super::textures::{FLOATS, Shown};
 use super::{FLOAT, LEAST_PSNR, agreement, device, stage};
 use aonet::net::gpu::{Device, Frame, wgpu};
 use aonet::{AoParams, Camera};
@@ -39,7 +39,7 @@ fn wrong_sizes_formats_and_frames_are_errors() {
     }
     let (normal, geo_normal) = (surface.gbuffer.normal(), &surface.geo_normal[..]);
     let shown = Shown { camera, depth: surface.gbuffer.depth(), normal, geo_normal };
-    let [normal, geo_normal, depth] = &shown.textures(&device, |d| d);
+    let [normal, geo_normal, depth] = &shown.textures(&device, FLOATS, |d| d);
     let textures = Textures { normal, geo_normal, depth };
     let small = filled(&device, (10, 12), FLOAT, &[0; 480]);
     let unread = target((20, 12), FLOAT);
@@ -61,8 +61,12 @@ fn wrong_sizes_formats_and_frames_are_errors() {
             .start(&mut encoder, &of, &Frame { params: AoParams { radius: f32::NAN }, ..frame })
             .is_err()
     );
-    let elsewhere = Surface { triangle: vec![u32::MAX - 1; 240], ..surface };
-    assert!(reference.set_surface(&tracer, &elsewhere, params).is_err(), "triangles that are not there");
+    let triangles = tracer.scene().triangle.len() as u32;
+    for (triangle, what) in [(vec![triangles; 240], "one of"), (vec![0; 239], "239")] {
+        let elsewhere = Surface { triangle, ..surface.clone() };
+        let found = reference.set_surface(&tracer, &elsewhere, params).unwrap_err().to_string();
+        assert!(found.contains(what), "{found}");
+    }
 }
 
 #[test]

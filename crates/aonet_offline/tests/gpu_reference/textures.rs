@@ -12,6 +12,10 @@ use aonet_offline::reference::{Sampling, reference_ao};
 use aonet_offline::trace::Tracer;
 use glam::Vec3;
 
+/// Formats of normals.
+pub(super) const FLOATS: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
+const HALVES: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
+
 /// What a renderer knows of a frame.
 pub(super) struct Shown<'a> {
     pub(super) camera: Camera,
@@ -22,15 +26,24 @@ pub(super) struct Shown<'a> {
 
 impl Shown<'_> {
     /// Normals, geometric normals and depth.
-    pub(super) fn textures(&self, device: &Device, stored: impl Fn(f32) -> f32) -> [wgpu::TextureView; 3] {
+    pub(super) fn textures(
+        &self,
+        device: &Device,
+        normals: wgpu::TextureFormat,
+        stored: impl Fn(f32) -> f32,
+    ) -> [wgpu::TextureView; 3] {
         let size = (self.camera.width, self.camera.height);
-        let normals = |normals: &[[f32; 3]]| {
-            let texels = normals.iter().flat_map(|n| [n[0], n[1], n[2], 0.0]).flat_map(f32::to_le_bytes);
-            filled(device, size, wgpu::TextureFormat::Rgba32Float, &texels.collect::<Vec<_>>())
+        let bytes = |x: f32| match normals {
+            wgpu::TextureFormat::Rgba16Float => half::f16::from_f32(x).to_le_bytes().to_vec(),
+            _ => x.to_le_bytes().to_vec(),
+        };
+        let vectors = |vectors: &[[f32; 3]]| {
+            let texels = vectors.iter().flat_map(|n| [n[0], n[1], n[2], 0.0]).flat_map(bytes);
+            filled(device, size, normals, &texels.collect::<Vec<_>>())
         };
         let depths = self.depth.iter().flat_map(|d| stored(*d).to_le_bytes());
         let depth = filled(device, size, FLOAT, &depths.collect::<Vec<_>>());
-        [normals(self.normal), normals(self.geo_normal), depth]
+        [vectors(self.normal), vectors(self.geo_normal), depth]
     }
 }
 
@@ -78,45 +91,34 @@ fn rays_start_at_what_textures_show() {
             false => ((curve(d.into()) - curve(far)) / (curve(near) - curve(far))) as f32,
         };
         let frame = Frame { camera, far: far as f32, params };
-        for (encoding, linear) in [(DepthEncoding::Linear, true), (DepthEncoding::Reversed, false)] {
+        for (depth_encoding, normals) in [
+            (DepthEncoding::Linear, FLOATS),
+            (DepthEncoding::Reversed, FLOATS),
+            (DepthEncoding::Reversed, HALVES),
+        ] {
             let shown = Shown { camera, depth: &depth, normal: &normal, geo_normal: &surface.geo_normal };
-            let textures = shown.textures(&device, |d| if linear { d } else { reversed(d) });
-            let options = Options { sampling, depth: encoding, output: FLOAT };
+            let linear = depth_encoding == DepthEncoding::Linear;
+            let textures = shown.textures(&device, normals, |d| if linear { d } else { reversed(d) });
+            let options = Options { sampling, depth: depth_encoding, output: FLOAT };
             let gpu = from_textures(&device, &tracer, (&textures, &frame), options);
             let psnr = agreement(&cpu, &gpu);
-            println!("{encoding:?}, orthographic {ortho_height:?}: {psnr:.1} dB");
+            println!("{depth_encoding:?}, {normals:?}, orthographic {ortho_height:?}: {psnr:.1} dB");
             assert!(psnr >= LEAST_PSNR && gpu.visibility().iter().any(|v| *v < 0.5));
         }
     }
 }
 
-/// A depth buffer as a renderer leaves it: a floor seen from above, all of it at one distance.
-#[test]
-fn rays_start_at_a_depth_buffer() {
-    let Some(device) = device() else { return };
-    let size = (20, 12);
-    let mut scene = floor(100.0);
-    scene.append(&quad(Vec3::new(-100.0, 0.5, -100.0), Vec3::X * 200.0, Vec3::Z * 100.0));
-    let tracer = Tracer::new(scene);
-    let straight = View {
-        up: [0.0, 0.0, -1.0],
-        near: 0.25,
-        ..view(Vec3::new(0.0, 0.4, 0.2), Vec3::new(0.0, 0.0, 0.2), 1.0)
-    };
-    let straight = View { width: size.0, height: size.1, fov_y_deg: 40.0, ..straight };
-    let surface = render(&tracer, &straight).unwrap();
-    let (params, sampling) = (straight.params().unwrap(), Sampling { spp: 60, seed: 5 });
-    let cpu = reference_ao(&tracer, &surface, params, sampling, &|_| ()).unwrap();
+/// A depth buffer as a renderer leaves it, all of it `stored`.
+fn depth_buffer(device: &Device, size: (usize, usize), stored: f32) -> wgpu::TextureView {
     let usage = wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::RENDER_ATTACHMENT;
-    let depth =
-        texture(&device, size, wgpu::TextureFormat::Depth32Float, usage).create_view(&Default::default());
+    let depth = texture(device, size, wgpu::TextureFormat::Depth32Float, usage);
+    let depth = depth.create_view(&Default::default());
     let mut encoder = device.device.create_command_encoder(&Default::default());
     drop(encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
         depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
             view: &depth,
-            // near / distance.
             depth_ops: Some(wgpu::Operations {
-                load: wgpu::LoadOp::Clear(0.25 / 0.4),
+                load: wgpu::LoadOp::Clear(stored),
                 store: wgpu::StoreOp::Store,
             }),
             stencil_ops: None,
@@ -124,12 +126,37 @@ fn rays_start_at_a_depth_buffer() {
         ..Default::default()
     }));
     device.queue.submit([encoder.finish()]);
-    let camera = straight.camera().unwrap();
+    depth
+}
+
+/// A floor under half a roof, seen from above.
+#[test]
+fn rays_start_at_a_depth_buffer() {
+    let Some(device) = device() else { return };
+    let size = (20, 12);
+    let mut scene = floor(100.0);
+    scene.append(&quad(Vec3::new(-100.0, 0.5, -100.0), Vec3::X * 200.0, Vec3::Z * 100.0));
+    let tracer = Tracer::new(scene);
+    let above = view(Vec3::new(0.0, 0.4, 0.2), Vec3::new(0.0, 0.0, 0.2), 1.0);
+    let up = [0.0, 0.0, -1.0];
+    let above = View { up, near: 0.25, width: size.0, height: size.1, fov_y_deg: 40.0, ..above };
+    let surface = render(&tracer, &above).unwrap();
+    let (params, camera) = (above.params().unwrap(), above.camera().unwrap());
+    let sampling = Sampling { spp: 60, seed: 5 };
+    let cpu = reference_ao(&tracer, &surface, params, sampling, &|_| ()).unwrap();
     let normal = surface.gbuffer.normal();
     let shown = Shown { camera, depth: surface.gbuffer.depth(), normal, geo_normal: &surface.geo_normal };
-    let [normal, geo_normal, _] = shown.textures(&device, |d| d);
-    let frame = Frame { camera, far: f32::INFINITY, params };
+    let [normal, geo_normal, _] = shown.textures(&device, FLOATS, |d| d);
     let options = Options { sampling, output: FLOAT, ..Options::default() };
-    let gpu = from_textures(&device, &tracer, (&[normal, geo_normal, depth], &frame), options);
+    let trace = |far, stored| {
+        let frame = Frame { camera, far, params };
+        let textures = [normal.clone(), geo_normal.clone(), depth_buffer(&device, size, stored)];
+        from_textures(&device, &tracer, (&textures, &frame), options)
+    };
+    // near / distance.
+    let gpu = trace(f32::INFINITY, 0.25 / 0.4);
     assert!(agreement(&cpu, &gpu) >= LEAST_PSNR && cpu.visibility().iter().any(|v| *v < 0.8));
+    // What lies at the far plane is background, even where the floor does.
+    assert!(trace(0.4, 0.0).visibility().iter().all(|v| *v == 1.0));
+    assert!(trace(0.4, 1e-6).visibility().iter().any(|v| *v < 0.8));
 }
