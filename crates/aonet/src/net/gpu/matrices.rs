@@ -59,6 +59,7 @@ impl Matrices {
     }
 
     /// Subgroups of a workgroup.
+    #[cfg(not(target_arch = "wasm32"))]
     pub(super) fn waves(self) -> usize {
         WAVES
     }

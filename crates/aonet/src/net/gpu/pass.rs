@@ -154,6 +154,7 @@ impl Pass {
     }
 
     /// Encodes a dispatch that sees no frame.
+    #[cfg(not(target_arch = "wasm32"))]
     pub(super) fn encode_alone(&self, pass: &mut wgpu::ComputePass<'_>) {
         self.dispatch(pass, None);
     }
