@@ -125,7 +125,7 @@ fn request(adapter: &wgpu::Adapter) -> Result<Device> {
     };
     let (device, queue) = wait(adapter.request_device(&descriptor))
         .map_err(|e| aonet::Error::device("device", "WebGPU's default limits", e))?;
-    Ok(Device { adapter: adapter.get_info(), device, queue })
+    Ok(Device { adapter: adapter.get_info(), device, queue, matrices: None })
 }
 
 /// Hears what goes wrong on the device outside of any call.
