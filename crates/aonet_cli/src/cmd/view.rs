@@ -6,8 +6,10 @@ mod headless;
 mod stage;
 
 use anyhow::Result;
+#[cfg(feature = "viewer")]
 use aonet_offline::scene::source::SceneSource;
 use clap::Parser;
+#[cfg(feature = "viewer")]
 use std::path::PathBuf;
 
 /// Show a scene with ambient occlusion in a window, or draw it into pictures.
@@ -21,7 +23,7 @@ Examples:
   aonet view robot.glb --method network --against reference
   aonet view --headless --frames 1 --size 640x360 --method network --against off --out pictures
   aonet view hall.glb --headless --camera-path way.json --frames 120 --out film")]
-#[cfg_attr(not(feature = "viewer"), allow(dead_code, reason = "read by builds with a viewer"))]
+#[cfg(feature = "viewer")]
 pub(crate) struct Args {
     /// A .glb or .gltf file, or procedural:KIND:SEED.
     scene: Option<SceneSource>,
@@ -66,6 +68,16 @@ pub(crate) struct Args {
     spp: u32,
 }
 
+/// Show a scene with ambient occlusion in a window: in programs built with `--features viewer`.
+#[derive(Debug, Parser)]
+#[cfg(not(feature = "viewer"))]
+pub(crate) struct Args {
+    /// What a program with the viewer would read.
+    #[arg(hide = true, trailing_var_arg = true, allow_hyphen_values = true)]
+    _all: Vec<String>,
+}
+
+#[cfg(feature = "viewer")]
 fn size(text: &str) -> std::result::Result<(usize, usize), String> {
     let sides = text.split_once('x').and_then(|(w, h)| Some((w.parse().ok()?, h.parse().ok()?)));
     sides.filter(|(w, h)| *w > 0 && *h > 0).ok_or_else(|| "two numbers above 0 with an x between them".into())
