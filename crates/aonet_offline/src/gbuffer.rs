@@ -1,7 +1,7 @@
 //! Primary rays through pixel centres: the G-buffer of a view.
 
 use crate::trace::{Hit, Tracer};
-use crate::{Result, Scene, View};
+use crate::{Error, Result, Scene, View};
 use aonet::{Camera, GBuffer, Projection};
 use glam::{DVec3, Vec3, Vec3A};
 use rayon::prelude::*;
@@ -21,6 +21,28 @@ pub struct Surface {
 
 /// What [`Surface::triangle`] holds on the background.
 pub const NO_TRIANGLE: u32 = u32::MAX;
+
+impl Surface {
+    /// # Errors
+    /// When an array has not a value a pixel, or a pixel of the foreground shows no triangle of `scene`.
+    pub(crate) fn check_of(&self, scene: &Scene) -> Result<()> {
+        let (pixels, triangles) = (self.gbuffer.depth().len(), scene.triangle.len());
+        let found = (self.triangle.len(), self.geo_normal.len());
+        if found != (pixels, pixels) {
+            let found = format!("{} and {}", found.0, found.1);
+            let expected = format!("{pixels} triangles and normals");
+            return Err(aonet::Error::size("surface", expected, found).into());
+        }
+        let wrong = |i: &usize| self.gbuffer.is_foreground(*i) && self.triangle[*i] as usize >= triangles;
+        match (0..pixels).find(wrong) {
+            Some(i) => {
+                let expected = format!("one of {triangles} triangles at pixel {i}");
+                Err(Error::request("surface", expected, self.triangle[i]))
+            }
+            None => Ok(()),
+        }
+    }
+}
 
 /// One pixel of a surface.
 struct Pixel {

@@ -32,7 +32,7 @@ impl Sampling {
 /// `progress` is called now and then with the number of rays traced since its last call.
 ///
 /// # Errors
-/// When `spp` is 0 or above [`MAX_SPP`], or `surface` is not of `tracer`'s scene.
+/// When `spp` is 0 or above [`MAX_SPP`], the radius is out of range, or `surface` shows triangles that `tracer`'s scene has not.
 pub fn reference_ao(
     tracer: &Tracer,
     surface: &Surface,
@@ -41,6 +41,8 @@ pub fn reference_ao(
     progress: &(dyn Fn(u64) + Sync),
 ) -> Result<AoImage> {
     sampling.check()?;
+    surface.check_of(tracer.scene())?;
+    let radius = AoParams::new(params.radius)?.radius;
     let (width, height) = (surface.gbuffer.width(), surface.gbuffer.height());
     let disk = Disk::new(sampling);
     let mut image = AoImage::open(width, height)?;
@@ -48,7 +50,7 @@ pub fn reference_ao(
         let mut rays = 0;
         for (x, visibility) in row.iter_mut().enumerate() {
             if let Some(point) = Point::new(tracer.scene(), surface, y * width + x) {
-                *visibility = disk.visibility(tracer, &point, params.radius);
+                *visibility = disk.visibility(tracer, &point, radius);
                 rays += u64::from(sampling.spp);
             }
         }

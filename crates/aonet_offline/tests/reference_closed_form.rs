@@ -121,7 +121,25 @@ fn a_larger_radius_is_never_brighter_and_threads_do_not_matter() {
     let other = Sampling { seed: 4, ..sampling };
     let params = AoParams::new(1.0).unwrap();
     assert_ne!(reference_ao(&tracer, &surface, params, other, &|_| ()).unwrap(), images[3]);
-    assert!(reference_ao(&tracer, &surface, params, Sampling { spp: 0, seed: 0 }, &|_| ()).is_err());
+}
+
+#[test]
+fn what_is_no_reference_is_refused() {
+    let tracer = Tracer::new(floor(5.0).checked().unwrap());
+    let view = View { width: 8, height: 6, ..view(Vec3::new(3.0, 3.0, 3.0), Vec3::ZERO, 1.0) };
+    let surface = render(&tracer, &view).unwrap();
+    let (params, sampling) = (view.params().unwrap(), Sampling { spp: 1, seed: 0 });
+    let refused = |surface: &Surface, params, sampling, what: &str| {
+        let found = reference_ao(&tracer, surface, params, sampling, &|_| ()).unwrap_err().to_string();
+        assert!(found.contains(what), "{found}");
+    };
+    assert!(reference_ao(&tracer, &surface, params, sampling, &|_| ()).is_ok());
+    refused(&surface, params, Sampling { spp: 0, seed: 0 }, "rays per pixel");
+    refused(&surface, AoParams { radius: f32::NAN }, sampling, "radius");
+    let triangles = tracer.scene().triangle.len() as u32;
+    for (triangle, what) in [(vec![triangles; 48], "one of"), (vec![0; 47], "47")] {
+        refused(&Surface { triangle, ..surface.clone() }, params, sampling, what);
+    }
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use super::memory::{Context, Ring};
 use super::program::{self, Sees};
-use aonet::net::gpu::wgpu;
+use aonet::net::gpu::{cleared, cover_pipeline, wgpu};
 use aonet::{Error, Result};
 
 /// The pass that divides open rays by rays.
@@ -21,28 +21,7 @@ impl Image {
         let device = &context.device;
         let stage = wgpu::ShaderStages::FRAGMENT;
         let layout = program::layout(device, "reference image", stage, &[Sees::Numbers, Sees::Read]);
-        let module = program::module(device, "reference image", SOURCE);
-        let pipeline = device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-            label: Some("reference image"),
-            layout: Some(&program::pipeline_layout(device, &[&layout])),
-            vertex: wgpu::VertexState {
-                module: &module,
-                entry_point: Some("cover"),
-                compilation_options: Default::default(),
-                buffers: &[],
-            },
-            primitive: Default::default(),
-            depth_stencil: None,
-            multisample: Default::default(),
-            fragment: Some(wgpu::FragmentState {
-                module: &module,
-                entry_point: Some("main"),
-                compilation_options: Default::default(),
-                targets: &[Some(output.into())],
-            }),
-            multiview_mask: None,
-            cache: None,
-        });
+        let pipeline = cover_pipeline(device, ("reference image", SOURCE), &[&layout], output);
         Self { layout, pipeline, output }
     }
 
@@ -78,15 +57,7 @@ impl Image {
     ) {
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("reference image"),
-            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                view: visibility,
-                depth_slice: None,
-                resolve_target: None,
-                ops: wgpu::Operations {
-                    load: wgpu::LoadOp::Clear(wgpu::Color::WHITE),
-                    store: wgpu::StoreOp::Store,
-                },
-            })],
+            color_attachments: &[cleared(visibility, wgpu::Color::WHITE)],
             ..Default::default()
         });
         pass.set_pipeline(&self.pipeline);

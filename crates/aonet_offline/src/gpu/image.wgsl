@@ -9,12 +9,6 @@ struct Image {
 @group(0) @binding(0) var<uniform> image: Image;
 @group(0) @binding(1) var<storage, read> open: array<u32>;
 
-/// A triangle that covers the target.
-@vertex
-fn cover(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
-    return vec4(f32(index & 1u) * 4.0 - 1.0, f32(index >> 1u) * 4.0 - 1.0, 0.0, 1.0);
-}
-
 @fragment
 fn main(@builtin(position) place: vec4<f32>) -> @location(0) vec4<f32> {
     if (image.rays == 0u) {

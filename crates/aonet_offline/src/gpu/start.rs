@@ -175,7 +175,7 @@ impl Points {
             let [expected, found] = [self.size, found].map(|(width, height)| format!("{width}x{height}"));
             return Err(Error::size("surface", expected, found).into());
         }
-        check_triangles(scene, surface)?;
+        surface.check_of(scene)?;
         let mut bytes = [(); 3].map(|()| vec![0; found.0 * found.1 * POINT_BYTES]);
         let [origins, normals, geo_normals] = bytes.each_mut().map(|b| b.par_chunks_exact_mut(POINT_BYTES));
         origins.zip(normals).zip(geo_normals).enumerate().for_each(|(i, ((origin, normal), geo_normal))| {
@@ -189,25 +189,6 @@ impl Points {
             self.buffers.iter().zip(&bytes).for_each(|(to, of)| context.queue.write_buffer(to, 0, of));
             Ok(())
         })?)
-    }
-}
-
-/// # Errors
-/// When a pixel shows no triangle of `scene`.
-fn check_triangles(scene: &Scene, surface: &Surface) -> Result<()> {
-    let (pixels, triangles) = (surface.gbuffer.depth().len(), scene.triangle.len());
-    let found = (surface.triangle.len(), surface.geo_normal.len());
-    if found != (pixels, pixels) {
-        let found = format!("{} and {}", found.0, found.1);
-        return Err(Error::size("surface", format!("{pixels} triangles and normals"), found).into());
-    }
-    let wrong = |i: &usize| surface.gbuffer.is_foreground(*i) && surface.triangle[*i] as usize >= triangles;
-    match (0..pixels).find(wrong) {
-        Some(i) => {
-            let expected = format!("one of {triangles} triangles at pixel {i}");
-            Err(crate::Error::request("surface", expected, surface.triangle[i]))
-        }
-        None => Ok(()),
     }
 }
 

@@ -1,13 +1,23 @@
 //! The passes of a frame, one after the other.
 
+use super::context::Context;
+use super::cover::cleared;
 use super::image::Image;
+use super::options::{Frame, Options};
 use super::pass::Pass;
 use super::view::View;
+use crate::error::Result;
 
-/// Passes that compute, and the one that makes the AO texture.
+/// What is encoded for frames of one size.
 #[derive(Debug)]
 pub(super) struct Chain {
+    /// Width and height [px].
+    pub(super) size: (usize, usize),
+    /// Begins with zeros every frame.
+    pub(super) cleared: Option<wgpu::Buffer>,
+    /// Passes that compute.
     pub(super) passes: Vec<Pass>,
+    /// The one that makes the AO texture.
     pub(super) image: Image,
 }
 
@@ -19,23 +29,38 @@ pub struct Timestamps<'a> {
 }
 
 impl Chain {
-    pub(super) fn encode(&self, encoder: &mut wgpu::CommandEncoder, view: &View) {
+    /// Encodes a frame; with timestamps, every pass on its own.
+    ///
+    /// # Errors
+    /// When view or camera have another size, or the frame's numbers are out of range.
+    pub(super) fn encode(
+        &self,
+        of: (&Context, &Options),
+        encoder: &mut wgpu::CommandEncoder,
+        (view, frame): (&View, &Frame),
+        timestamps: Option<Timestamps<'_>>,
+    ) -> Result<()> {
+        view.begin(of, self.size, frame)?;
+        if let Some(buffer) = &self.cleared {
+            encoder.clear_buffer(buffer, 0, None);
+        }
+        match timestamps {
+            None => self.encode_passes(encoder, view),
+            Some(timestamps) => self.encode_each_pass(encoder, view, timestamps),
+        }
+        self.encode_image(encoder, view, timestamps);
+        Ok(())
+    }
+
+    fn encode_passes(&self, encoder: &mut wgpu::CommandEncoder, view: &View) {
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
             label: Some("aonet"),
             timestamp_writes: None,
         });
         self.passes.iter().for_each(|p| p.encode(&mut pass, &view.group));
-        drop(pass);
-        self.encode_image(encoder, view, None);
     }
 
-    /// Every pass on its own and timed.
-    pub(super) fn encode_timed(
-        &self,
-        encoder: &mut wgpu::CommandEncoder,
-        view: &View,
-        timestamps: Timestamps<'_>,
-    ) {
+    fn encode_each_pass(&self, encoder: &mut wgpu::CommandEncoder, view: &View, timestamps: Timestamps<'_>) {
         for (i, pass) in self.passes.iter().enumerate() {
             let mut one = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
                 label: Some(&pass.label),
@@ -47,7 +72,6 @@ impl Chain {
             });
             pass.encode(&mut one, &view.group);
         }
-        self.encode_image(encoder, view, Some(timestamps));
     }
 
     fn encode_image(
@@ -59,15 +83,7 @@ impl Chain {
         let first = 2 * self.passes.len() as u32;
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("aonet image"),
-            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
-                view: &view.visibility,
-                depth_slice: None,
-                resolve_target: None,
-                ops: wgpu::Operations {
-                    load: wgpu::LoadOp::Clear(wgpu::Color::WHITE),
-                    store: wgpu::StoreOp::Store,
-                },
-            })],
+            color_attachments: &[cleared(&view.visibility, wgpu::Color::WHITE)],
             timestamp_writes: timestamps.map(|t| wgpu::RenderPassTimestampWrites {
                 query_set: t.queries,
                 beginning_of_pass_write_index: Some(first),

@@ -29,7 +29,6 @@ pub struct ClassicSession {
 /// What depends on the size.
 #[derive(Debug)]
 struct Sized {
-    size: (usize, usize),
     memory_bytes: u64,
     chain: Chain,
 }
@@ -70,7 +69,7 @@ impl ClassicSession {
     /// # Errors
     /// When a texture has another size, format or usage than the session needs.
     pub fn view(&self, textures: Textures<'_>) -> Result<View> {
-        let of = (self.sized.size, self.options.output);
+        let of = (self.sized.chain.size, self.options.output);
         View::new(&self.context.device, &self.compiler.view_layout, of, textures)
     }
 
@@ -79,9 +78,7 @@ impl ClassicSession {
     /// # Errors
     /// When view or camera have another size than the session, or the frame's numbers are out of range.
     pub fn encode(&self, encoder: &mut wgpu::CommandEncoder, view: &View, frame: &Frame) -> Result<()> {
-        view.begin((&self.context, &self.options), self.sized.size, frame)?;
-        self.sized.chain.encode(encoder, view);
-        Ok(())
+        self.sized.chain.encode((&self.context, &self.options), encoder, (view, frame), None)
     }
 
     /// [`ClassicSession::encode`] with every pass on its own and timed.
@@ -95,9 +92,7 @@ impl ClassicSession {
         frame: &Frame,
         timestamps: Timestamps<'_>,
     ) -> Result<()> {
-        view.begin((&self.context, &self.options), self.sized.size, frame)?;
-        self.sized.chain.encode_timed(encoder, view, timestamps);
-        Ok(())
+        self.sized.chain.encode((&self.context, &self.options), encoder, (view, frame), Some(timestamps))
     }
 
     /// Names of the passes of a frame in order.
@@ -107,7 +102,7 @@ impl ClassicSession {
 
     /// Width and height of its frames [px].
     pub fn size(&self) -> (usize, usize) {
-        self.sized.size
+        self.sized.chain.size
     }
 
     /// Bytes on the device that the passes hand over.
@@ -159,7 +154,7 @@ impl Sized {
             let none = Extras { depth_range: None, horizons: None };
             let image = Image::new((context, options), compiler, last, (1, size, &none), false)?;
             let memory_bytes = pyramid_bytes + buffers.iter().map(wgpu::Buffer::size).sum::<u64>();
-            Ok(Self { size, memory_bytes, chain: Chain { passes, image } })
+            Ok(Self { memory_bytes, chain: Chain { size, cleared: None, passes, image } })
         })
     }
 }

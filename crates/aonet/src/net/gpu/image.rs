@@ -1,6 +1,7 @@
 //! The AO texture: a render pass, because few formats of one channel can be written by other shaders.
 
 use super::context::Context;
+use super::cover::cover_pipeline;
 use super::features::{self, Extras};
 use super::options::{Options, Precision};
 use super::pass::{Binding, Compiler, group, layout};
@@ -40,8 +41,8 @@ impl Image {
         let base = extras.horizons.as_ref().map_or(buffer, |h| &h.filtered);
         let bindings = [Binding::Uniform(&size), Binding::Read(buffer), Binding::Read(base)];
         let own = layout(&context.device, "image", wgpu::ShaderStages::FRAGMENT, &bindings);
-        let pipeline =
-            pipeline(&context.device, shader.source(), [&compiler.view_layout, &own], options.output);
+        let groups = [&compiler.view_layout, &own];
+        let pipeline = cover_pipeline(&context.device, ("image", shader.source()), &groups, options.output);
         Ok(Self { pipeline, group: group(&context.device, "image", &own, &bindings) })
     }
 
@@ -60,43 +61,4 @@ pub(super) fn shader(of: (Precision, &Options), patch: usize, [corrects, blocked
         .number("PATCH", patch)
         .flag("CORRECTION", corrects)
         .part(&include_str!("image.wgsl").replace("RAW", ty).replace("FIRST_CHANNEL", first))
-}
-
-fn pipeline(
-    device: &wgpu::Device,
-    source: &str,
-    groups: [&wgpu::BindGroupLayout; 2],
-    output: wgpu::TextureFormat,
-) -> wgpu::RenderPipeline {
-    let label = Some("image");
-    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-        label,
-        source: wgpu::ShaderSource::Wgsl(source.into()),
-    });
-    let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-        label,
-        bind_group_layouts: &groups.map(Some),
-        immediate_size: 0,
-    });
-    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-        label,
-        layout: Some(&layout),
-        vertex: wgpu::VertexState {
-            module: &module,
-            entry_point: Some("cover"),
-            compilation_options: Default::default(),
-            buffers: &[],
-        },
-        primitive: Default::default(),
-        depth_stencil: None,
-        multisample: Default::default(),
-        fragment: Some(wgpu::FragmentState {
-            module: &module,
-            entry_point: Some("main"),
-            compilation_options: Default::default(),
-            targets: &[Some(output.into())],
-        }),
-        multiview_mask: None,
-        cache: None,
-    })
 }

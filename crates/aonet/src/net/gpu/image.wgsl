@@ -5,12 +5,6 @@
 /// Visibility that the network corrects; else unused.
 @group(1) @binding(2) var<storage, read> base: array<f32>;
 
-/// A triangle that covers the target.
-@vertex
-fn cover(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
-    return vec4(f32(index & 1u) * 4.0 - 1.0, f32(index >> 1u) * 4.0 - 1.0, 0.0, 1.0);
-}
-
 @fragment
 fn main(@builtin(position) place: vec4<f32>) -> @location(0) vec4<f32> {
     let pixel = min(vec2<u32>(place.xy), frame.size - 1u);

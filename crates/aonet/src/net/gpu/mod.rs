@@ -28,6 +28,7 @@ mod classic;
 mod context;
 mod conv;
 mod conv_matrix;
+mod cover;
 mod denoise;
 mod device;
 mod features;
@@ -62,6 +63,7 @@ mod view;
 
 pub use chain::Timestamps;
 pub use classic::ClassicSession;
+pub use cover::{cleared, cover_pipeline};
 pub use device::{Device, scoped};
 pub use matrices::Matrices;
 #[cfg(not(target_arch = "wasm32"))]

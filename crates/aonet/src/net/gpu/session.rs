@@ -92,9 +92,8 @@ impl Session {
     /// # Errors
     /// When view or camera have another size than the session, or the frame's numbers are out of range.
     pub fn encode(&self, encoder: &mut wgpu::CommandEncoder, view: &View, frame: &Frame) -> Result<()> {
-        self.begin(encoder, view, frame)?;
-        self.sized.chain.encode(encoder, view);
-        Ok(())
+        let Network { context, options, .. } = &*self.network;
+        self.sized.chain.encode((context, options), encoder, (view, frame), None)
     }
 
     /// [`Session::encode`] with every pass on its own and timed.
@@ -108,18 +107,8 @@ impl Session {
         frame: &Frame,
         timestamps: Timestamps<'_>,
     ) -> Result<()> {
-        self.begin(encoder, view, frame)?;
-        self.sized.chain.encode_timed(encoder, view, timestamps);
-        Ok(())
-    }
-
-    fn begin(&self, encoder: &mut wgpu::CommandEncoder, view: &View, frame: &Frame) -> Result<()> {
         let Network { context, options, .. } = &*self.network;
-        view.begin((context, options), self.sized.plan.size, frame)?;
-        if let Some(range) = &self.sized.extras.depth_range {
-            encoder.clear_buffer(range, 0, None);
-        }
-        Ok(())
+        self.sized.chain.encode((context, options), encoder, (view, frame), Some(timestamps))
     }
 
     /// Names of the passes of a frame in order.
@@ -188,7 +177,8 @@ impl Sized {
             }
         }
         let image = last.ok_or_else(|| Error::config("graph", "an image at the end", "none"))?;
-        Ok(Self { plan, memory, extras, raw, chain: Chain { passes, image } })
+        let chain = Chain { size: plan.size, cleared: extras.depth_range.clone(), passes, image };
+        Ok(Self { plan, memory, extras, raw, chain })
     }
 }
 

@@ -1,6 +1,7 @@
 //! Every shader, without a device.
 
 use super::conv::Kind;
+use super::cover::covering;
 use super::matrices::Matrices;
 use super::options::{DepthEncoding, Kernels, NormalEncoding, Options, Precision};
 use super::{features, head, head_matrix, image, matrix_trial};
@@ -72,7 +73,8 @@ fn every_shader_is_valid() {
                     validate(shader.source(), &format!("{channels:?} {patch} {options:?}"));
                 }
                 for kind in [[false, false], [true, false], [false, true]] {
-                    validate(image::shader((precision, &options), patch, kind).source(), "image");
+                    let image = image::shader((precision, &options), patch, kind);
+                    validate(&covering(image.source()), "image");
                 }
             }
         }
