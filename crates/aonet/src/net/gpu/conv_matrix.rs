@@ -33,7 +33,7 @@ impl Kind {
 }
 
 impl Filters {
-    /// By tile of outputs, SIDE inputs, tap, matrix of outputs: matrices of inputs by outputs, row by row.
+    /// By tile of outputs, SIDE inputs, tap, matrix of outputs: matrices of inputs by outputs, column by column.
     pub(super) fn as_matrices(&self, weight: &[f32], matrices: Matrices, tile: usize) -> Vec<f32> {
         let (side, tiles) = (matrices.side, tile / matrices.side);
         let steps = (self.blocks() * BLOCK).div_ceil(side);
@@ -41,7 +41,7 @@ impl Filters {
         self.place(weight, |value, tap, [input, output]| {
             let line = (output / tile * steps + input / side) * self.taps + tap;
             let matrix = line * tiles + output % tile / side;
-            packed[(matrix * side + input % side) * side + output % side] = value;
+            packed[(matrix * side + output % side) * side + input % side] = value;
         });
         packed
     }

@@ -18,6 +18,10 @@ use crate::net::weights::Weights;
 /// Invocations that share out the pixels of a patch at most.
 const MAX_GROUPS: usize = 4;
 
+/// Cells of an invocation that applies kernels, at most. Compiled for RDNA 3, 4 take 252 registers with half floats, and 2
+/// take 120: less to do while memory is waited for counts more than a tenth of the instructions.
+const MAX_CELLS: usize = 2;
+
 /// The last step of a network.
 #[derive(Debug)]
 pub(super) struct Head {
@@ -99,12 +103,20 @@ impl Head {
                 (head_matrix::shader(matrices, input.channels, of), matrices.workgroups(cells, 1, 1))
             }
             None => {
-                let rows = conv::rows(cells, 1);
+                let rows = cells_each(cells, self.kernel);
                 (shader((context.precision, context.kernels), of, rows), conv::workgroups(cells, rows, 1))
             }
         };
         let recipe = Recipe { label: "head", shader, sees_frame: false };
         Ok(Pass::new(compiler, &recipe, &bindings, workgroups))
+    }
+}
+
+/// Cells of an invocation.
+fn cells_each(cells: (usize, usize), kernel: KernelWeights) -> usize {
+    match kernel {
+        KernelWeights::Off | KernelWeights::Correction => conv::rows(cells, 1),
+        KernelWeights::Linear | KernelWeights::Softmax => conv::rows(cells, 1).min(MAX_CELLS),
     }
 }
 

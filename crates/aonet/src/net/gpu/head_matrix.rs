@@ -40,7 +40,7 @@ pub(super) fn shader(matrices: Matrices, channels: usize, (patch, kernel): (usiz
     with_kernels(begin, (patch, kernel)).part(&main)
 }
 
-/// A 1x1 convolution's weights, kernel by kernel: matrices of outputs, of SIDE inputs, row by row inputs by outputs.
+/// A 1x1 convolution's weights by kernel, SIDE outputs, SIDE inputs: matrices of inputs by outputs, column by column.
 /// `value` tells the weight of an output of a kernel and an input.
 pub(super) fn packed(
     matrices: Matrices,
@@ -51,8 +51,10 @@ pub(super) fn packed(
     let of_kernel = WINDOW * WINDOW;
     let mut packed = Vec::with_capacity(kernels * of_kernel * steps * side);
     for first in (0..kernels * of_kernel).step_by(side) {
-        for input in 0..steps * side {
-            packed.extend((first..first + side).map(|output| value(output, input)));
+        for step in 0..steps {
+            for output in first..first + side {
+                packed.extend((step * side..(step + 1) * side).map(|input| value(output, input)));
+            }
         }
     }
     packed

@@ -5,16 +5,26 @@
 
 const FIRST_TAP: i32 = -1;
 
-/// Component c of the normals of a row of the window of a pixel.
-fn normals(c: u32, x: i32, y: i32) -> vec4<f32> {
-    let last = vec2<i32>(head.size * PATCH) - 1;
-    let row = u32(clamp(y, 0, last.y));
+/// Whether neither rows nor columns of a patch share bits of a channel's number.
+const SEPARABLE: bool = (PATCH & (PATCH - 1u)) == 0u;
+
+/// Where component c of the normal of a pixel is.
+fn place(c: u32, column: u32, row: u32) -> u32 {
+    let channel = (c * PATCH + row % PATCH) * PATCH + column % PATCH;
+    let cell = (channel / 4u * head.size.y + row / PATCH) * head.size.x + column / PATCH;
+    return cell * 4u + channel % 4u;
+}
+
+/// Component c of the normals of a row of a window; columns are numbers, or where they are in a row.
+fn normals(c: u32, columns: vec4<u32>, row: u32) -> vec4<f32> {
+    let first = place(c, 0u, row);
     var values: vec4<f32>;
-    for (var k = 0; k < 4; k++) {
-        let column = u32(clamp(x + k, 0, last.x));
-        let channel = (c * PATCH + row % PATCH) * PATCH + column % PATCH;
-        let cell = (channel / 4u * head.size.y + row / PATCH) * head.size.x + column / PATCH;
-        values[k] = f32(guide[cell * 4u + channel % 4u]);
+    for (var k = 0u; k < 4u; k++) {
+        if (SEPARABLE) {
+            values[k] = f32(guide[first + columns[k]]);
+        } else {
+            values[k] = f32(guide[place(c, columns[k], row)]);
+        }
     }
     return values;
 }
@@ -22,7 +32,13 @@ fn normals(c: u32, x: i32, y: i32) -> vec4<f32> {
 /// What the weights say of one component of the normals around a pixel.
 fn weigh(rows: array<vec4<f32>, 4>, c: u32, x: u32, y: u32) -> f32 {
     var kernel = rows;
-    let first = vec2(i32(x), i32(y)) + FIRST_TAP;
+    let last = vec2<i32>(head.size * PATCH) - 1;
+    var columns = vec4<u32>(clamp(vec4(i32(x) + FIRST_TAP) + vec4(0, 1, 2, 3), vec4(0), vec4(last.x)));
+    if (SEPARABLE) {
+        for (var k = 0u; k < 4u; k++) {
+            columns[k] = place(0u, columns[k], 0u);
+        }
+    }
     var largest = 0.0;
     if (SOFTMAX) {
         let pairs = max(max(kernel[0], kernel[1]), max(kernel[2], kernel[3]));
@@ -36,7 +52,8 @@ fn weigh(rows: array<vec4<f32>, 4>, c: u32, x: u32, y: u32) -> f32 {
             weights = exp(weights - largest);
             total += dot(weights, vec4(1.0));
         }
-        sum += dot(weights, normals(c, first.x, first.y + i32(ky)));
+        let row = u32(clamp(i32(y + ky) + FIRST_TAP, 0, last.y));
+        sum += dot(weights, normals(c, columns, row));
     }
     return select(sum, sum / total, SOFTMAX);
 }

@@ -11,9 +11,9 @@ fn cells_at(first: u32, stride: u32) -> MatrixA {
     return coopLoadT<MatrixA>(&cells[first], stride);
 }
 
-/// Inputs by outputs, row by row.
+/// Inputs by outputs, column by column: a lane reads inputs that lie side by side.
 fn filters_at(first: u32) -> MatrixB {
-    return coopLoadT<MatrixB>(&weights[first], SIDE / 4u);
+    return coopLoad<MatrixB>(&weights[first], SIDE / 4u);
 }
 
 fn multiply_add(cells: MatrixA, filters: MatrixB, sums: MatrixC) -> MatrixC {

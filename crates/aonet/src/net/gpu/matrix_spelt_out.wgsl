@@ -31,7 +31,7 @@ fn multiply_add(a: MatrixA, b: MatrixB, sums: MatrixC) -> MatrixC {
         let column = (lane_of * PART + i) % SIDE;
         for (var k = 0u; k < SIDE; k++) {
             let value = cells[a.x + row * a.y + k / 4u][k % 4u];
-            result[i] += f32(value) * f32(weights[b + k * (SIDE / 4u) + column / 4u][column % 4u]);
+            result[i] += f32(value) * f32(weights[b + column * (SIDE / 4u) + k / 4u][k % 4u]);
         }
     }
     return result;

@@ -40,8 +40,11 @@ fn expected(matrices: Matrices) -> Vec<f32> {
 
 fn products(context: &Context, matrices: Matrices) -> Result<Vec<f32>> {
     let (device, side) = (&context.device, matrices.side);
-    let factors: Vec<_> =
-        (0..2 * side * side).map(|i| factor(i / (side * side), i / side % side, i % side)).collect();
+    // The second factor lies column by column.
+    let factors: Vec<_> = (0..side * side)
+        .map(|i| factor(0, i / side, i % side))
+        .chain((0..side * side).map(|i| factor(1, i % side, i / side)))
+        .collect();
     let bytes = matrices.waves() * side * side * size_of::<f32>();
     let (factors, products) = (context.reals("factors", &factors)?, context.storage("products", bytes)?);
     let compiler = Compiler::new(device, view::layout(device));

@@ -87,10 +87,7 @@ impl Compiler {
             return Arc::clone(found);
         }
         let label = Some(recipe.label);
-        let module = self.device.create_shader_module(wgpu::ShaderModuleDescriptor {
-            label,
-            source: wgpu::ShaderSource::Wgsl(source.into()),
-        });
+        let module = module(&self.device, recipe);
         let layout = layout(&self.device, recipe.label, wgpu::ShaderStages::COMPUTE, bindings);
         let groups = [Some(&self.view_layout), Some(&layout)];
         let pipeline_layout = self.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
@@ -114,6 +111,27 @@ impl Compiler {
         compiled.insert(source.to_owned(), Arc::clone(&new));
         new
     }
+}
+
+/// The module of a shader without the checks that it has no need of: counters that end every loop keep drivers from unrolling
+/// them, and indices that are cut off at an array's length have to be computed one by one. See PERFORMANCE.md.
+#[allow(unsafe_code, reason = "checks that hold anyway take more instructions than a convolution")]
+fn module(device: &wgpu::Device, recipe: &Recipe<'_>) -> wgpu::ShaderModule {
+    let descriptor = wgpu::ShaderModuleDescriptor {
+        label: Some(recipe.label),
+        source: wgpu::ShaderSource::Wgsl(recipe.shader.source().into()),
+    };
+    let checks = wgpu::ShaderRuntimeChecks {
+        // What textures hold may be anything.
+        bounds_checks: recipe.sees_frame,
+        force_loop_bounding: false,
+        int_div_checks: false,
+        ..wgpu::ShaderRuntimeChecks::checked()
+    };
+    // SAFETY: the shaders are those of this crate. Loops run as often as constants and a plan's numbers of blocks say, and no
+    // divisor is 0. Without textures, indices come of a plan and of the places of invocations, which are held within the
+    // buffers that were made for that plan; weights were checked against the graph when the model was loaded.
+    unsafe { device.create_shader_module_trusted(descriptor, checks) }
 }
 
 /// A shader under a name.
