@@ -1,25 +1,10 @@
 //! `aonet bench` and `aonet export --config` as a user meets them.
 
+mod common;
+
+use common::{aonet, json, ok};
 use serde_json::Value;
 use std::path::Path;
-use std::process::{Command, Output};
-
-/// Runs the program in `folder`.
-fn run(folder: &Path, line: &str) -> Output {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_aonet"));
-    command.args(line.split_whitespace()).current_dir(folder).output().unwrap()
-}
-
-/// stdout of a command that must succeed.
-fn ok(folder: &Path, line: &str) -> String {
-    let output = run(folder, line);
-    assert_eq!(output.status.code(), Some(0), "aonet {line}\n{}", String::from_utf8_lossy(&output.stderr));
-    String::from_utf8(output.stdout).unwrap()
-}
-
-fn json(folder: &Path, line: &str) -> Value {
-    serde_json::from_str(&ok(folder, line)).unwrap()
-}
 
 fn project() -> &'static Path {
     Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../.."))
@@ -63,12 +48,12 @@ fn a_configuration_is_a_network() {
         ("bench --precision f16", "--device gpu"),
         ("bench --ops --classic ssao", "cannot be used with"),
     ] {
-        let output = run(dir, line);
+        let output = aonet(dir, line).output().unwrap();
         let stderr = String::from_utf8_lossy(&output.stderr);
         assert!(output.status.code() == Some(2) && stderr.contains(words), "aonet {line}\n{stderr}");
     }
     std::fs::write(dir.join("wrong.json"), SMALL.replace("\"patch\":4", "\"patch\":3")).unwrap();
-    let stderr = run(dir, "export --config wrong.json --onnx x.onnx").stderr;
+    let stderr = aonet(dir, "export --config wrong.json --onnx x.onnx").output().unwrap().stderr;
     let stderr = String::from_utf8_lossy(&stderr).into_owned();
     assert!(stderr.contains("wrong.json") && stderr.contains("patch"), "{stderr}");
 }

@@ -1,7 +1,8 @@
 //! `--device`: references of graphics processors, and what is said where there are none.
 
-use std::path::Path;
-use std::process::{Command, Output};
+mod common;
+
+use common::{aonet, refusal};
 
 const VIEW: &str =
     r#"{"eye":[0.5,3,5],"target":[0,0.5,0],"fov_y_deg":50,"width":48,"height":32,"radius":0.5}"#;
@@ -13,20 +14,6 @@ fn desk() -> tempfile::TempDir {
     let dir = tempfile::tempdir().unwrap();
     std::fs::write(dir.path().join("view.json"), VIEW).unwrap();
     dir
-}
-
-fn aonet(dir: &Path, line: &str) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_aonet"));
-    command.args(line.split_whitespace()).current_dir(dir);
-    command
-}
-
-/// What a command says that cannot run.
-fn refusal(output: &Output) -> String {
-    let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!(output.status.code(), Some(2), "{stderr}");
-    assert!(!stderr.contains("panicked"), "{stderr}");
-    stderr
 }
 
 #[test]
@@ -42,19 +29,9 @@ fn a_program_without_the_feature_says_so() {
 
 #[cfg(feature = "gpu")]
 mod gpu {
+    use super::common::{json, ok};
     use super::*;
-    use serde_json::Value;
-
-    /// Standard output of a command that must succeed.
-    fn ok(dir: &Path, line: &str) -> String {
-        let output = aonet(dir, line).output().unwrap();
-        assert!(output.status.success(), "aonet {line}\n{}", String::from_utf8_lossy(&output.stderr));
-        String::from_utf8(output.stdout).unwrap()
-    }
-
-    fn json(dir: &Path, line: &str) -> Value {
-        serde_json::from_str(&ok(dir, line)).unwrap()
-    }
+    use std::path::Path;
 
     /// Whether there is a device; without one a test says that it was skipped, or fails.
     fn is_there(dir: &Path) -> bool {

@@ -1,21 +1,8 @@
 //! `aonet view` without a window, and what is said where it cannot show anything.
 
-use std::path::Path;
-use std::process::{Command, Output};
+mod common;
 
-fn aonet(dir: &Path, line: &str) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_aonet"));
-    command.args(line.split_whitespace()).current_dir(dir);
-    command
-}
-
-/// What a command says that cannot run.
-fn refusal(output: &Output) -> String {
-    let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
-    assert_eq!(output.status.code(), Some(2), "{stderr}");
-    assert!(!stderr.contains("panicked"), "{stderr}");
-    stderr
-}
+use common::{aonet, refusal};
 
 #[test]
 #[cfg(not(feature = "viewer"))]
@@ -28,6 +15,7 @@ fn a_program_without_the_viewer_says_so() {
 #[cfg(feature = "viewer")]
 mod viewer {
     use super::*;
+    use std::path::Path;
 
     const WAY: &str = r#"{"keys": [{"seconds": 0, "eye": [1.55, 1.5, 1.75], "target": [-1.2, 0.75, -1.5]},
         {"seconds": 2, "eye": [1.0, 1.5, 1.0], "target": [-1.2, 0.75, -1.5]}]}"#;
