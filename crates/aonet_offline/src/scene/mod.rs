@@ -6,12 +6,15 @@ pub mod ground;
 pub mod normals;
 pub mod procedural;
 pub mod source;
+pub mod textures;
 
 pub use normals::MissingNormals;
 pub use source::SceneSource;
+pub use textures::Textures;
 
 use crate::error::{Error, Result};
 use glam::Vec3;
+use textures::Decal;
 
 /// Triangles in world space (right-handed, +Y up), opaque and two-sided.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -27,6 +30,8 @@ pub struct Scene {
     /// Linear reflectance (red, green, blue) of each triangle in [0, 1], or empty: [`DEFAULT_ALBEDO`] everywhere. Ambient
     /// occlusion does not ask for it; pictures do.
     pub albedo: Vec<[f32; 3]>,
+    /// Images on triangles, for pictures as well.
+    pub textures: Textures,
 }
 
 /// Reflectance of triangles about which nothing is known.
@@ -89,6 +94,19 @@ impl Scene {
         if let Some(t) = self.albedo.iter().position(|a| !a.iter().all(|c| (0.0..=1.0).contains(c))) {
             return Err(wrong("albedos in [0, 1]", format!("{:?} in triangle {t}", self.albedo[t])));
         }
+        let Textures { image, decal } = &self.textures;
+        if !decal.is_empty() && decal.len() != self.triangle.len() {
+            let found = format!("{} and {}", decal.len(), self.triangle.len());
+            return Err(wrong("as many decals as triangles, or none", found));
+        }
+        let is_sound =
+            |d: &Decal| (d.image as usize) < image.len() && d.uv.as_flattened().iter().all(|c| c.is_finite());
+        if let Some(d) = decal.iter().flatten().find(|d| !is_sound(d)) {
+            return Err(wrong(
+                &format!("decals of finite places in {} images", image.len()),
+                format!("{d:?}"),
+            ));
+        }
         Ok(self)
     }
 
@@ -106,6 +124,7 @@ impl Scene {
             self.albedo.extend_from_slice(&other.albedo);
             self.albedo.resize(self.triangle.len() + other.triangle.len(), DEFAULT_ALBEDO);
         }
+        self.textures.append(&other.textures, (self.triangle.len(), other.triangle.len()));
         self.position.extend_from_slice(&other.position);
         self.normal.extend_from_slice(&other.normal);
         self.triangle.extend(other.triangle.iter().map(|t| t.map(|i| i + base)));

@@ -66,6 +66,8 @@ pub(crate) fn prune(scene: &mut Scene) {
     let is_kept = |t: &[u32; 3]| !is_point(t.map(|i| position[i as usize]));
     let mut triangles = scene.triangle.iter();
     scene.albedo.retain(|_| triangles.next().is_some_and(is_kept));
+    let mut triangles = scene.triangle.iter();
+    scene.textures.decal.retain(|_| triangles.next().is_some_and(is_kept));
     scene.triangle.retain(is_kept);
     let mut new_index = vec![u32::MAX; scene.position.len()];
     scene.triangle.as_flattened().iter().for_each(|&i| new_index[i as usize] = 0);

@@ -7,7 +7,7 @@
 //!
 //! let device = Device::wait_for()?;
 //! let (scene, view) = procedural::demo();
-//! let mut renderer = Renderer::new((&device.device, &device.queue), &scene, (view.width, view.height))?;
+//! let mut renderer = Renderer::on(&device, &scene, (view.width, view.height))?;
 //! let frame = Frame::new(view.camera()?, view.params()?);
 //! let mut encoder = device.device.create_command_encoder(&Default::default());
 //! renderer.encode(&mut encoder, &frame)?;
@@ -17,6 +17,7 @@
 //! ```
 
 mod converging;
+mod decode;
 mod device;
 mod frame;
 mod gbuffer;
@@ -33,16 +34,17 @@ mod stopwatch;
 mod targets;
 #[cfg(test)]
 mod tests;
+mod textures;
 
 pub use frame::{Frame, Show};
 pub use method::Method;
 pub use orbit::Orbit;
 pub use path::{CameraPath, Key};
 pub use present::Present;
-pub use stopwatch::PassTime;
+pub use stopwatch::{PassClock, PassTime};
 
 use crate::Result;
-use aonet::net::gpu::{scoped, wgpu};
+use aonet::net::gpu::{Device, Kernels, scoped, wgpu};
 use aonet_offline::Scene;
 use aonet_offline::scene::Bounds;
 use aonet_offline::trace::Tracer;
@@ -67,7 +69,7 @@ pub struct Renderer {
 }
 
 impl Renderer {
-    /// A renderer of `scene` with frames of `size` (width, height) [px]. The device needs the default limits of WebGPU; its
+    /// A renderer of `scene` with frames of `size` (width, height) [px]. Images of the scene are decoded: PNG and JPEG. The device needs the default limits of WebGPU; its
     /// features `SHADER_F16` and `TIMESTAMP_QUERY` are used where it has them.
     ///
     /// # Errors
@@ -91,6 +93,16 @@ impl Renderer {
                 gpu: gpu.clone(),
             })
         })?;
+        Ok(renderer)
+    }
+
+    /// The same on a device that knows which products of matrices it has: networks take those.
+    ///
+    /// # Errors
+    /// As [`Renderer::new`].
+    pub fn on(device: &Device, scene: &Scene, size: (usize, usize)) -> Result<Self> {
+        let mut renderer = Self::new((&device.device, &device.queue), scene, size)?;
+        renderer.occlusion.kernels = device.matrices.map_or(Kernels::Plain, Kernels::Matrices);
         Ok(renderer)
     }
 
@@ -141,16 +153,40 @@ impl Renderer {
     /// When the camera is of another size or out of range, a method cannot run on the device, the reference has no tracer, or
     /// memory is short.
     pub fn encode(&mut self, encoder: &mut wgpu::CommandEncoder, frame: &Frame) -> Result<()> {
+        self.begin(encoder, frame)?;
+        self.finish(encoder);
+        Ok(())
+    }
+
+    /// The same for callers that go on with passes of their own: [`Renderer::clock`] times these, and [`Renderer::finish`] ends
+    /// the frame.
+    ///
+    /// # Errors
+    /// As [`Renderer::encode`]; the encoder is of no use then.
+    pub fn begin(&mut self, encoder: &mut wgpu::CommandEncoder, frame: &Frame) -> Result<()> {
+        self.stopwatch.iter_mut().for_each(Stopwatch::stop);
         let frame = frame.checked(self.size())?;
         self.occlusion.prepare(&self.targets, &frame)?;
         let mut watch = self.stopwatch.as_mut().and_then(Stopwatch::start);
         self.gbuffer.encode(encoder, (&self.scene, &self.targets), &frame, watch.as_deref_mut());
-        self.occlusion.encode(encoder, &frame, watch.as_deref_mut())?;
-        self.shade.encode(encoder, (&self.targets, &self.occlusion), &frame, watch.as_deref_mut());
-        if let Some(watch) = watch {
-            watch.finish(encoder);
+        let found = self.occlusion.encode(encoder, &frame, watch.as_deref_mut());
+        if found.is_err() {
+            watch.into_iter().for_each(Stopwatch::stop);
+            return found;
         }
+        self.shade.encode(encoder, (&self.targets, &self.occlusion), &frame, watch);
         Ok(())
+    }
+
+    /// Where a pass of the caller between [`Renderer::begin`] and [`Renderer::finish`] writes its times, of which
+    /// [`Renderer::times`] tells under this label; none where the frame is not timed. A frame has room for three.
+    pub fn clock(&mut self, label: &str) -> Option<PassClock> {
+        self.stopwatch.as_mut().and_then(|watch| watch.pass(label))
+    }
+
+    /// Ends what [`Renderer::begin`] has begun, in the same encoder.
+    pub fn finish(&mut self, encoder: &mut wgpu::CommandEncoder) {
+        self.stopwatch.iter_mut().for_each(|watch| watch.finish(encoder));
     }
 
     /// Where frames end: `Rgba8Unorm`, holds sRGB values.
@@ -161,6 +197,11 @@ impl Renderer {
     /// Times of the steps of the last frame whose times have come back; none where the device has no `TIMESTAMP_QUERY`.
     pub fn times(&self) -> &[PassTime] {
         self.stopwatch.as_ref().map_or(&[], Stopwatch::latest)
+    }
+
+    /// Sentences about images of the scene that are not shown, each with the image's name. A plain colour stands for them.
+    pub fn missing_images(&self) -> &[String] {
+        &self.scene.textures.missing
     }
 
     /// Box around the scene.

@@ -5,7 +5,7 @@ use super::input::Request;
 use super::surface::Surface;
 use super::viewer::Viewer;
 use super::{save, viewer::SCORE_SAMPLES};
-use crate::renderer::{Frame, Present, Renderer};
+use crate::renderer::{Frame, PassClock, Present, Renderer};
 use crate::{Error, Result};
 use aonet::net::gpu::wgpu;
 use egui_wgpu::ScreenDescriptor;
@@ -17,36 +17,46 @@ use winit::window::Window;
 pub(super) struct Screen {
     pub(super) window: Arc<Window>,
     pub(super) surface: Surface,
-    renderer: Renderer,
+    pub(super) renderer: Renderer,
     present: Present,
     egui: egui_winit::State,
+    /// Where the mouse is, in points of the controls.
+    pointer: egui::Pos2,
     painter: egui_wgpu::Renderer,
 }
 
 impl Screen {
     /// # Errors
     /// When there is no device for the window, or not enough memory on it.
-    pub(super) fn new(window: Arc<Window>, viewer: &Viewer) -> Result<Self> {
+    pub(super) fn new(window: Arc<Window>, viewer: &mut Viewer) -> Result<Self> {
         let surface = Surface::new(&window)?;
         let device = &surface.device;
         let pair = (&device.device, &device.queue);
         let most = device.device.limits().max_texture_dimension_2d;
         let size = viewer.frame_size(surface.size(), most);
-        let mut renderer = Renderer::new(pair, viewer.tracer.scene(), size)?;
+        let mut renderer = Renderer::on(device, viewer.tracer.scene(), size)?;
         renderer.set_tracer(&viewer.tracer)?;
+        viewer.name_missing(renderer.missing_images());
         let present = Present::new(pair, surface.format());
         let painter = egui_wgpu::Renderer::new(&device.device, surface.format(), Default::default());
         let (context, id) = (egui::Context::default(), egui::ViewportId::ROOT);
         let scale = Some(window.scale_factor() as f32);
         let egui = egui_winit::State::new(context, id, &window, scale, None, Some(most as usize));
-        Ok(Self { window, surface, renderer, present, egui, painter })
+        Ok(Self { window, surface, renderer, present, egui, pointer: egui::Pos2::ZERO, painter })
     }
 
     /// Gives an event to the controls; true where it was meant for them.
     pub(super) fn on(&mut self, event: &WindowEvent) -> bool {
+        if let WindowEvent::CursorMoved { position, .. } = event {
+            let scale = egui_winit::pixels_per_point(self.egui.egui_ctx(), &self.window);
+            self.pointer = egui::pos2(position.x as f32, position.y as f32) / scale;
+        }
         let wants = match event {
             WindowEvent::MouseInput { .. } | WindowEvent::MouseWheel { .. } => {
-                self.egui.egui_ctx().egui_wants_pointer_input()
+                let context = self.egui.egui_ctx();
+                // What the controls say of the mouse themselves is as old as their last frame.
+                let above = context.layer_id_at(self.pointer);
+                context.egui_is_using_pointer() || above.is_some_and(|l| l.order != egui::Order::Background)
             }
             WindowEvent::KeyboardInput { .. } => self.egui.egui_ctx().egui_wants_keyboard_input(),
             _ => false,
@@ -58,8 +68,9 @@ impl Screen {
     ///
     /// # Errors
     /// When it is too large for the device; the old one is shown then.
-    pub(super) fn show_scene(&mut self, viewer: &Viewer) -> Result<()> {
+    pub(super) fn show_scene(&mut self, viewer: &mut Viewer) -> Result<()> {
         self.renderer.set_scene(viewer.tracer.scene())?;
+        viewer.name_missing(self.renderer.missing_images());
         self.renderer.set_tracer(&viewer.tracer)
     }
 
@@ -72,13 +83,14 @@ impl Screen {
         let target = texture.texture.create_view(&Default::default());
         let device = self.surface.device.device.clone();
         let mut encoder = device.create_command_encoder(&Default::default());
-        let drawn = self.frame(viewer).and_then(|frame| self.renderer.encode(&mut encoder, &frame));
+        let drawn = self.frame(viewer).and_then(|frame| self.renderer.begin(&mut encoder, &frame));
         if let Err(error) = &drawn {
             // What was encoded so far belongs to no whole frame. The controls stay: they can set what was wrong.
             viewer.complain(error);
             encoder = device.create_command_encoder(&Default::default());
         }
-        self.present.encode(&mut encoder, self.renderer.picture(), &target);
+        let clock = self.renderer.clock("presenting");
+        self.present.encode_timed(&mut encoder, (self.renderer.picture(), &target), clock.as_ref());
         let facts = Facts { size: self.renderer.size(), samples: self.renderer.samples() };
         let input = self.egui.take_egui_input(&self.window);
         let mut request = None;
@@ -87,6 +99,7 @@ impl Screen {
         });
         self.egui.handle_platform_output(&self.window, output.platform_output.clone());
         let commands = self.paint(&mut encoder, output, &target);
+        self.renderer.finish(&mut encoder);
         self.window.pre_present_notify();
         self.surface.device.queue.submit(commands.into_iter().chain([encoder.finish()]));
         self.surface.device.queue.present(texture);
@@ -121,6 +134,7 @@ impl Screen {
         }
         let shapes = self.egui.egui_ctx().tessellate(shapes, pixels_per_point);
         let commands = self.painter.update_buffers(&device.device, &device.queue, encoder, &shapes, &screen);
+        let clock = self.renderer.clock("controls");
         let pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("controls"),
             color_attachments: &[Some(wgpu::RenderPassColorAttachment {
@@ -129,6 +143,7 @@ impl Screen {
                 resolve_target: None,
                 ops: wgpu::Operations { load: wgpu::LoadOp::Load, store: wgpu::StoreOp::Store },
             })],
+            timestamp_writes: clock.as_ref().map(PassClock::render),
             ..Default::default()
         });
         self.painter.render(&mut pass.forget_lifetime(), &shapes, &screen);

@@ -40,8 +40,12 @@ impl Device {
             })
             .await
             .map_err(|e| Error::device("adapter", "one that computes", e))?;
+        Self::request_of(&adapter).await
+    }
+
+    async fn request_of(adapter: &wgpu::Adapter) -> Result<Self> {
         let limits = adapter.limits();
-        let matrices = Matrices::of(&adapter);
+        let matrices = Matrices::of(adapter);
         let of_matrices = if matrices.is_some() { Matrices::FEATURES } else { wgpu::Features::empty() };
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("aonet"),
@@ -69,15 +73,34 @@ impl Device {
     /// As [`Device::request`].
     #[cfg(not(target_arch = "wasm32"))]
     pub fn wait_for() -> Result<Self> {
-        let mut request = pin!(Self::request());
-        loop {
-            if let Poll::Ready(device) = request.as_mut().poll(&mut Context::from_waker(Waker::noop())) {
-                let device = device?;
-                let right = |m: &Matrices| matrix_trial::succeeds(*m, &device.device, &device.queue);
-                return Ok(Self { matrices: device.matrices.filter(right), ..device });
-            }
-            std::thread::yield_now();
+        wait(Self::request()).map(Self::tried)
+    }
+
+    /// The same of an adapter that the caller has chosen: one that draws on its window, say.
+    ///
+    /// # Errors
+    /// When it gives no device.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub fn of(adapter: &wgpu::Adapter) -> Result<Self> {
+        wait(Self::request_of(adapter)).map(Self::tried)
+    }
+
+    #[cfg(not(target_arch = "wasm32"))]
+    fn tried(self) -> Self {
+        let right = |m: &Matrices| matrix_trial::succeeds(*m, &self.device, &self.queue);
+        Self { matrices: self.matrices.filter(right), ..self }
+    }
+}
+
+/// The end of a future that ends by itself.
+#[cfg(not(target_arch = "wasm32"))]
+fn wait<T>(future: impl Future<Output = T>) -> T {
+    let mut future = pin!(future);
+    loop {
+        if let Poll::Ready(done) = future.as_mut().poll(&mut Context::from_waker(Waker::noop())) {
+            return done;
         }
+        std::thread::yield_now();
     }
 }
 

@@ -1,7 +1,7 @@
 //! Accessors: typed arrays in the buffers, dense or sparse, at any stride and component type.
 
 use super::buffers::Buffers;
-use super::json::{Accessor, Document, Material, Sparse, at};
+use super::json::{Accessor, Document, MetallicRoughness, Primitive, Sparse, at};
 use aonet::{Error, Result};
 use std::cell::Cell;
 
@@ -70,9 +70,15 @@ impl<'a> Accessors<'a> {
         self.document.accessors.get(index).and_then(|a| components(&a.shape))
     }
 
-    /// What the primitives of the document are made of.
-    pub(super) fn materials(&self) -> &'a [Material] {
-        &self.document.materials
+    /// What a primitive is made of, if it says so. A material that is missing counts as none.
+    pub(super) fn material(&self, primitive: &Primitive) -> Option<&'a MetallicRoughness> {
+        let material = primitive.material.and_then(|i| self.document.materials.get(i));
+        material.map(|m| &m.pbr_metallic_roughness)
+    }
+
+    /// Bytes of the file itself and of its external buffers.
+    pub(super) fn file_bytes(&self) -> usize {
+        self.file_bytes
     }
 
     /// Whether an accessor has bytes of its own.
@@ -149,18 +155,8 @@ impl<'a> Accessors<'a> {
         (offset, count, size): (usize, usize, usize),
         what: &str,
     ) -> Result<Rows<'_>> {
-        let view_json = at(&self.document.buffer_views, view, "buffer view")?;
-        let buffer = view_json.buffer;
-        let bytes = self.buffers.get(buffer).ok_or_else(|| {
-            Error::format(what, format!("bytes in buffer {buffer}"), "no uri and no BIN chunk")
-        })?;
-        let end = view_json.byte_offset.checked_add(view_json.byte_length);
-        let bytes = end.and_then(|end| bytes.get(view_json.byte_offset..end)).ok_or_else(|| {
-            let expected = format!("a range within the {} bytes of buffer {buffer}", bytes.len());
-            let found = format!("{} bytes from {}", view_json.byte_length, view_json.byte_offset);
-            Error::format(format!("glTF buffer view {view}"), expected, found)
-        })?;
-        let stride = view_json.byte_stride.unwrap_or(size);
+        let bytes = self.view(view, what)?;
+        let stride = self.document.buffer_views[view].byte_stride.unwrap_or(size);
         if stride < size {
             return Err(Error::format(
                 format!("glTF buffer view {view}"),
@@ -182,6 +178,21 @@ impl<'a> Accessors<'a> {
             )
         })?;
         Ok(Rows { bytes, stride, size, count })
+    }
+
+    /// The bytes of a buffer view, which `what` asks for.
+    pub(super) fn view(&self, view: usize, what: &str) -> Result<&[u8]> {
+        let view_json = at(&self.document.buffer_views, view, "buffer view")?;
+        let buffer = view_json.buffer;
+        let bytes = self.buffers.get(buffer).ok_or_else(|| {
+            Error::format(what, format!("bytes in buffer {buffer}"), "no uri and no BIN chunk")
+        })?;
+        let end = view_json.byte_offset.checked_add(view_json.byte_length);
+        end.and_then(|end| bytes.get(view_json.byte_offset..end)).ok_or_else(|| {
+            let expected = format!("a range within the {} bytes of buffer {buffer}", bytes.len());
+            let found = format!("{} bytes from {}", view_json.byte_length, view_json.byte_offset);
+            Error::format(format!("glTF buffer view {view}"), expected, found)
+        })
     }
 
     /// Counts an array of `count` elements against what the file may ask for.

@@ -103,7 +103,7 @@ impl<'a> Buffers<'a> {
             return Ok(Content::Bytes(data_uri(data)?.into()));
         }
         if !self.external.contains_key(uri) {
-            self.external.insert(uri, read_beside(uri, base_dir)?);
+            self.external.insert(uri, read_beside(("buffer", uri), base_dir, u64::MAX)?);
         }
         Ok(Content::External(uri))
     }
@@ -123,9 +123,13 @@ impl<'a> Buffers<'a> {
     }
 }
 
-/// Reads a file in the folder of the glTF or below it.
-fn read_beside(uri: &str, base_dir: Option<&Path>) -> crate::Result<Vec<u8>> {
-    let what = || format!("glTF buffer uri {uri:?}");
+/// Reads a file of at most `most` bytes in the folder of the glTF or below it.
+pub(super) fn read_beside(
+    (kind, uri): (&str, &str),
+    base_dir: Option<&Path>,
+    most: u64,
+) -> crate::Result<Vec<u8>> {
+    let what = || format!("glTF {kind} uri {uri:?}");
     let folder = base_dir
         .ok_or_else(|| Error::value(what(), "embedded data (there is no folder to search)", "a file"))?;
     let decoded = String::from_utf8(percent_decode(uri.as_bytes()))
@@ -141,14 +145,18 @@ fn read_beside(uri: &str, base_dir: Option<&Path>) -> crate::Result<Vec<u8>> {
         .into());
     }
     let path = folder.join(relative);
-    if !std::fs::metadata(&path).map_err(crate::Error::io(&path))?.is_file() {
+    let found = std::fs::metadata(&path).map_err(crate::Error::io(&path))?;
+    if !found.is_file() {
         return Err(crate::Error::file(&path, "a regular file", "something else"));
+    }
+    if found.len() > most {
+        return Err(crate::Error::file(&path, format!("at most {most} bytes"), found.len()));
     }
     std::fs::read(&path).map_err(crate::Error::io(&path))
 }
 
 /// The content of a data URI, without its `data:`. RFC 2397.
-fn data_uri(uri: &str) -> aonet::Result<Vec<u8>> {
+pub(super) fn data_uri(uri: &str) -> aonet::Result<Vec<u8>> {
     let (kind, data) = uri
         .split_once(',')
         .ok_or_else(|| Error::format("glTF data URI", "a comma before the data", "none"))?;

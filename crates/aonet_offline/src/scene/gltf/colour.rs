@@ -1,4 +1,4 @@
-//! Base colours: the factor of the material times the vertex colours. Textures are not read.
+//! Base colours without textures: the factor of the material times the vertex colours.
 
 use super::accessor::Accessors;
 use super::json::Primitive;
@@ -7,17 +7,18 @@ use aonet::{Error, Result};
 
 /// Linear reflectance of each triangle in [0, 1]; empty where the primitive has neither material nor vertex colours.
 ///
-/// A material that is missing counts as none: a colour is no reason to refuse a file.
+/// A material that is missing counts as none: a colour is no reason to refuse a file. `is_textured` where an image is to
+/// multiply the colour.
 pub(super) fn of_triangles(
     accessors: &Accessors,
     primitive: &Primitive,
-    triangles: &[[u32; 3]],
+    (triangles, is_textured): (&[[u32; 3]], bool),
 ) -> Result<Vec<[f32; 3]>> {
-    let material = primitive.material.and_then(|i| accessors.materials().get(i));
-    let factor = material.map(|m| m.pbr_metallic_roughness.base_color_factor.unwrap_or([1.0; 4]));
+    let factor = accessors.material(primitive).map(|m| m.base_color_factor.unwrap_or([1.0; 4]));
     let Some(vertices) = vertex_colours(accessors, primitive)? else {
-        // glTF's default is pure white, which no surface is.
-        let colour = factor.map(|f| [f[0], f[1], f[2]].map(in_range)).filter(|f| *f != [1.0; 3]);
+        // glTF's default is pure white, which no surface is, and no image changes.
+        let is_told = |f: &[f32; 3]| *f != [1.0; 3] || is_textured;
+        let colour = factor.map(|f| [f[0], f[1], f[2]].map(in_range)).filter(is_told);
         return Ok(colour.map_or(Vec::new(), |colour| vec![colour; triangles.len()]));
     };
     let factor = factor.unwrap_or([1.0; 4]);

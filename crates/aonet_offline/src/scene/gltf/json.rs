@@ -1,4 +1,4 @@
-//! The part of the glTF 2.0 JSON that places triangles.
+//! The part of the glTF 2.0 JSON that places and colours triangles.
 
 use aonet::{Error, Result};
 use serde::Deserialize;
@@ -35,6 +35,9 @@ pub(super) struct Document {
     pub(super) nodes: Vec<Node>,
     pub(super) meshes: Vec<Mesh>,
     pub(super) materials: Vec<Material>,
+    pub(super) textures: Vec<Texture>,
+    pub(super) images: Vec<Image>,
+    pub(super) samplers: Vec<Sampler>,
     pub(super) skins: Vec<Skin>,
     pub(super) accessors: Vec<Accessor>,
     pub(super) buffer_views: Vec<BufferView>,
@@ -127,6 +130,63 @@ pub(super) struct Material {
 #[serde(rename_all = "camelCase", default)]
 pub(super) struct MetallicRoughness {
     pub(super) base_color_factor: Option<[f32; 4]>,
+    pub(super) base_color_texture: Option<TextureInfo>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase")]
+pub(super) struct TextureInfo {
+    pub(super) index: usize,
+    #[serde(default)]
+    pub(super) tex_coord: usize,
+    #[serde(default)]
+    pub(super) extensions: TextureInfoExtensions,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct TextureInfoExtensions {
+    #[serde(rename = "KHR_texture_transform")]
+    pub(super) transform: Option<TextureTransform>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+pub(super) struct TextureTransform {
+    pub(super) offset: [f32; 2],
+    pub(super) rotation: f32,
+    pub(super) scale: [f32; 2],
+    pub(super) tex_coord: Option<usize>,
+}
+
+impl Default for TextureTransform {
+    fn default() -> Self {
+        Self { offset: [0.0; 2], rotation: 0.0, scale: [1.0; 2], tex_coord: None }
+    }
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(default)]
+pub(super) struct Texture {
+    pub(super) source: Option<usize>,
+    pub(super) sampler: Option<usize>,
+    /// Other sources, for kinds of images that glTF itself does not know.
+    pub(super) extensions: BTreeMap<String, IgnoredAny>,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+pub(super) struct Image {
+    pub(super) name: Option<String>,
+    pub(super) uri: Option<String>,
+    pub(super) buffer_view: Option<usize>,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+pub(super) struct Sampler {
+    pub(super) wrap_s: Option<u32>,
+    pub(super) wrap_t: Option<u32>,
 }
 
 #[derive(Debug, Default, Deserialize)]

@@ -1,6 +1,6 @@
 //! glTF 2.0 files, text and binary, as one mesh in world space: every triangle of the default scene at rest
 //! (node hierarchy, instances, morph targets at their default weights, skins), of its materials only
-//! the base colour.
+//! the base colour and its texture.
 
 mod accessor;
 mod buffers;
@@ -11,6 +11,7 @@ mod primitive;
 mod skin;
 #[cfg(test)]
 mod tests;
+mod texture;
 
 pub use super::normals::MissingNormals;
 
@@ -22,8 +23,12 @@ use buffers::Buffers;
 use json::{Document, Mesh, Node, at};
 use nodes::{Nodes, Pose};
 use std::path::Path;
+use texture::Images;
 
 /// Loads a `.gltf` or `.glb` file; its name without extension names the scene.
+///
+/// Images are not decoded. One that cannot be read, or lies outside the folder of the file, is no reason to refuse
+/// the file: [`Textures`](super::Textures) say why it is missing.
 ///
 /// Degenerate triangles and unused vertices are dropped, unusable normals are replaced by those of the geometry,
 /// triangles of mirrored nodes keep their front. Without a default scene the first one is taken, without any
@@ -58,6 +63,7 @@ pub fn from_bytes(
     let buffers = Buffers::load(&document, chunks.bin, base_dir)?;
     let accessors = Accessors::new(&document, buffers, bytes.len());
     let nodes = Nodes::place(&document)?;
+    let mut images = Images::new(&document, base_dir, &accessors);
     let mut scene = Scene { name: name.to_owned(), ..Scene::default() };
     for &i in &nodes.shown {
         let node = &document.nodes[i];
@@ -66,9 +72,10 @@ pub fn from_bytes(
         let joints = joints.transpose()?;
         let mesh = PlacedMesh { index: mesh, mesh: at(&document.meshes, mesh, "mesh")?, node, joints };
         for world_from_mesh in nodes::instances(node, nodes.world_from_node[i], &accessors)? {
-            mesh.append_to(&mut scene, Pose::new(world_from_mesh), &accessors, missing)?;
+            mesh.append_to(&mut scene, Pose::new(world_from_mesh), &mut images, missing)?;
         }
     }
+    scene.textures.image = images.read;
     scene.checked()
 }
 
@@ -86,14 +93,18 @@ impl PlacedMesh<'_> {
         &self,
         scene: &mut Scene,
         pose: Pose,
-        accessors: &Accessors,
+        images: &mut Images,
         missing: MissingNormals,
     ) -> Result<()> {
+        let accessors = images.accessors;
         let weights = self.node.weights.as_ref().unwrap_or(&self.mesh.weights);
         for (i, primitive) in self.mesh.primitives.iter().enumerate() {
             let what = format!("glTF mesh {} primitive {i}", self.index);
             let Some(mut part) = primitive::read(accessors, primitive, weights, &what)? else { continue };
-            part.albedo = colour::of_triangles(accessors, primitive, &part.triangle)?;
+            // Of images that all parts share: the list is the whole scene's.
+            part.textures.decal = images.decals(primitive, &part, &what)?;
+            let is_textured = !part.textures.decal.is_empty();
+            part.albedo = colour::of_triangles(accessors, primitive, (&part.triangle, is_textured))?;
             let influences = match &self.joints {
                 Some(joints) => {
                     primitive::influences(accessors, primitive, (part.position.len(), joints.len()), &what)?
@@ -124,9 +135,12 @@ impl PlacedMesh<'_> {
 
 /// Moves vertices to world space and keeps the front of each triangle in front.
 fn place(part: &mut Scene, pose: impl Fn(usize) -> Pose) {
+    let mut decals = part.textures.decal.iter_mut();
     for triangle in &mut part.triangle {
+        let decal = decals.next().and_then(Option::as_mut);
         if pose(triangle[0] as usize).mirrors {
             triangle.swap(1, 2);
+            decal.into_iter().for_each(|decal| decal.uv.swap(1, 2));
         }
     }
     for (vertex, normal) in part.normal.iter_mut().enumerate() {

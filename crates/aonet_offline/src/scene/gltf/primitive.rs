@@ -71,7 +71,7 @@ fn morphed(
     Ok(sum)
 }
 
-fn same_length(expected: usize, found: usize, what: &str) -> Result<()> {
+pub(super) fn same_length(expected: usize, found: usize, what: &str) -> Result<()> {
     if expected == found {
         return Ok(());
     }

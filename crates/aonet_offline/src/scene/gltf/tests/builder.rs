@@ -53,6 +53,7 @@ impl Builder {
     pub(super) fn vectors<const N: usize>(&mut self, rows: &[[f32; N]]) -> usize {
         let shape = match N {
             1 => "SCALAR",
+            2 => "VEC2",
             3 => "VEC3",
             4 => "VEC4",
             _ => "MAT4",

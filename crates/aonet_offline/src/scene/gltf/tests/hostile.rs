@@ -20,10 +20,23 @@ fn everything() -> Builder {
         "indices": {"bufferView": rows, "byteOffset": 0, "componentType": 5121},
         "values": {"bufferView": values, "byteOffset": 0}});
     file.json["bufferViews"][0]["byteStride"] = json!(12);
-    let attributes =
-        json!({"POSITION": position, "NORMAL": normal, "JOINTS_0": joints, "WEIGHTS_0": weights});
-    let mesh =
-        file.mesh(attributes, json!({"indices": indices, "mode": 4, "targets": [{"POSITION": delta}]}));
+    let places = file.vectors(&[[0.0, 0.0], [0.5, 0.0], [0.0, 2.0]]);
+    let image = file.view(b"an image");
+    let image = file.push("images", json!({"bufferView": image, "name": "wood"}));
+    let sampler = file.push("samplers", json!({"wrapS": 33071, "wrapT": 33648}));
+    let texture = file.push("textures", json!({"source": image, "sampler": sampler}));
+    let transform = json!({"offset": [0.5, 0], "rotation": 1, "scale": [2, 2], "texCoord": 0});
+    let texture =
+        json!({"index": texture, "texCoord": 0, "extensions": {"KHR_texture_transform": transform}});
+    let material =
+        json!({"pbrMetallicRoughness": {"baseColorFactor": [1, 1, 1, 1], "baseColorTexture": texture}});
+    let material = file.push("materials", material);
+    let attributes = json!({"POSITION": position, "NORMAL": normal, "JOINTS_0": joints, "WEIGHTS_0": weights,
+        "TEXCOORD_0": places});
+    let mesh = file.mesh(
+        attributes,
+        json!({"indices": indices, "mode": 4, "targets": [{"POSITION": delta}], "material": material}),
+    );
     file.json["meshes"][mesh]["weights"] = json!([0.5]);
     let bare = file.mesh(json!({"POSITION": position}), json!({"indices": indices, "mode": 5}));
     file.push("nodes", json!({"mesh": mesh, "skin": 0, "weights": [0.25]}));
@@ -49,7 +62,8 @@ fn attempt(bytes: &[u8]) -> crate::Result<Scene> {
 
 #[test]
 fn the_file_is_sound_before_it_is_damaged() {
-    assert_eq!(load(&everything()).triangle.len(), 3);
+    let scene = load(&everything());
+    assert_eq!((scene.triangle.len(), scene.textures.image.len()), (3, 1));
 }
 
 #[test]

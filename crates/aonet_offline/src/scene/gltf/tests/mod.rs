@@ -7,6 +7,7 @@ mod container;
 mod hostile;
 mod placement;
 mod stored;
+mod texture;
 
 use super::{MissingNormals, from_bytes};
 use crate::scene::Scene;

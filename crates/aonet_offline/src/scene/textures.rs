@@ -1,0 +1,106 @@
+//! Pictures on triangles: the bytes of their files, and where they lie. Nothing here decodes them.
+
+use std::sync::Arc;
+
+/// Images, and what triangles show of them.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Textures {
+    /// Images that decals name.
+    pub image: Vec<Image>,
+    /// What each triangle shows, or empty: nothing anywhere.
+    pub decal: Vec<Option<Decal>>,
+}
+
+/// An image as its file holds it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Image {
+    /// What messages call it.
+    pub name: String,
+    /// The file (PNG, JPEG or any other kind), or why there is none.
+    pub bytes: Result<Arc<[u8]>, String>,
+}
+
+/// A part of an image on a triangle: it multiplies the triangle's albedo.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Decal {
+    /// Index of the image.
+    pub image: u32,
+    /// Places of the triangle's corners in the image: (0, 0) is its upper left corner, (1, 1) its lower right one. Finite.
+    pub uv: [[f32; 2]; 3],
+    /// How the image goes on beyond its left and right edges, and beyond its upper and lower ones.
+    pub wrap: [Wrap; 2],
+}
+
+/// How an image goes on beyond its edges.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Wrap {
+    /// Again and again.
+    #[default]
+    Repeat,
+    /// With the texels of the edge.
+    Clamp,
+    /// Again and again, every other time as in a mirror.
+    Mirror,
+}
+
+impl Textures {
+    /// Appends those of a scene of `there` triangles to those of one of `here`.
+    pub(super) fn append(&mut self, other: &Self, (here, there): (usize, usize)) {
+        if self.decal.is_empty() && other.decal.is_empty() {
+            return;
+        }
+        let first = self.image.len() as u32;
+        let moved = |decal: &Option<Decal>| decal.map(|d| Decal { image: first + d.image, ..d });
+        self.decal.resize(here, None);
+        self.decal.extend(other.decal.iter().map(moved));
+        self.decal.resize(here + there, None);
+        self.image.extend_from_slice(&other.image);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::Scene;
+    use super::*;
+    use glam::Vec3;
+
+    fn triangle(images: &[&str]) -> Scene {
+        let position = vec![Vec3::ZERO, Vec3::X, Vec3::Y];
+        let image = |name: &&str| Image { name: (*name).into(), bytes: Err("none".into()) };
+        let decal = Decal { image: 0, uv: [[0.0; 2], [1.0, 0.0], [0.0, 1.0]], wrap: [Wrap::Repeat; 2] };
+        let decal = if images.is_empty() { vec![] } else { vec![Some(decal)] };
+        let textures = Textures { image: images.iter().map(image).collect(), decal };
+        Scene { position, normal: vec![Vec3::Z; 3], triangle: vec![[0, 1, 2]], textures, ..Scene::default() }
+    }
+
+    #[test]
+    fn images_stay_with_their_triangles() {
+        let mut scene = triangle(&[]);
+        scene.append(&triangle(&[]));
+        assert!(scene.textures.decal.is_empty());
+        for other in [triangle(&["a"]), triangle(&[]), triangle(&["b", "c"])] {
+            scene.append(&other);
+        }
+        let scene = scene.checked().unwrap();
+        let shown =
+            |decal: &Option<Decal>| decal.map(|d| scene.textures.image[d.image as usize].name.clone());
+        let shown: Vec<_> = scene.textures.decal.iter().map(shown).collect();
+        assert_eq!(shown, [None, None, Some("a".into()), None, Some("b".into())]);
+    }
+
+    #[test]
+    fn what_cannot_be_shown_is_refused() {
+        let changed = |change: fn(&mut Textures)| {
+            let mut scene = triangle(&["a"]);
+            change(&mut scene.textures);
+            scene.checked().unwrap_err().to_string()
+        };
+        for message in [
+            changed(|t| t.decal.push(None)),
+            changed(|t| t.image.clear()),
+            changed(|t| t.decal[0].as_mut().unwrap().uv[2][1] = f32::NAN),
+        ] {
+            assert!(message.contains("decal"), "{message}");
+        }
+    }
+}
