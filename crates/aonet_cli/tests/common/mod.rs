@@ -6,26 +6,26 @@ use std::path::Path;
 use std::process::{Command, Output};
 
 /// `aonet` with the words of a line, in `folder`.
-pub fn aonet(folder: &Path, line: &str) -> Command {
+pub(crate) fn aonet(folder: &Path, line: &str) -> Command {
     let mut command = Command::new(env!("CARGO_BIN_EXE_aonet"));
     command.args(line.split_whitespace()).current_dir(folder);
     command
 }
 
 /// stdout of a command that must succeed.
-pub fn ok(folder: &Path, line: &str) -> String {
+pub(crate) fn ok(folder: &Path, line: &str) -> String {
     let output = aonet(folder, line).output().unwrap();
     assert_eq!(output.status.code(), Some(0), "aonet {line}\n{}", String::from_utf8_lossy(&output.stderr));
     String::from_utf8(output.stdout).unwrap()
 }
 
 /// The same, of a command that prints JSON.
-pub fn json(folder: &Path, line: &str) -> Value {
+pub(crate) fn json(folder: &Path, line: &str) -> Value {
     serde_json::from_str(&ok(folder, line)).unwrap()
 }
 
 /// What a command says that cannot run.
-pub fn refusal(output: &Output) -> String {
+pub(crate) fn refusal(output: &Output) -> String {
     let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(2), "{stderr}");
     assert!(!stderr.contains("panicked"), "{stderr}");

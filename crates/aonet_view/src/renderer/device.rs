@@ -1,7 +1,7 @@
 //! A device, and what every pass makes on it.
 
 use super::stopwatch::PassClock;
-use aonet::net::gpu::wgpu;
+use aonet::net::gpu::{cleared, cover_pipeline, wgpu};
 
 /// A device and its queue.
 #[derive(Debug, Clone)]
@@ -10,7 +10,7 @@ pub(super) struct Gpu {
     pub(super) queue: wgpu::Queue,
 }
 
-/// A pass that covers its target: `cover` in `name.wgsl` makes one triangle of three vertices, `main` colours it.
+/// A pass that covers its target; see [`cover_pipeline`].
 #[derive(Debug)]
 pub(super) struct Cover {
     pub(super) pipeline: wgpu::RenderPipeline,
@@ -82,28 +82,7 @@ impl Gpu {
         format: wgpu::TextureFormat,
     ) -> Cover {
         let layout = self.layout(wgpu::ShaderStages::FRAGMENT, types);
-        let (module, pipeline_layout) = self.module(shader, &layout);
-        let pipeline = self.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-            label: Some(shader.0),
-            layout: Some(&pipeline_layout),
-            vertex: wgpu::VertexState {
-                module: &module,
-                entry_point: Some("cover"),
-                compilation_options: Default::default(),
-                buffers: &[],
-            },
-            primitive: Default::default(),
-            depth_stencil: None,
-            multisample: Default::default(),
-            fragment: Some(wgpu::FragmentState {
-                module: &module,
-                entry_point: Some("main"),
-                compilation_options: Default::default(),
-                targets: &[Some(format.into())],
-            }),
-            multiview_mask: None,
-            cache: None,
-        });
+        let pipeline = cover_pipeline(&self.device, shader, &[&layout], format);
         Cover { pipeline, layout }
     }
 }
@@ -119,26 +98,13 @@ impl Cover {
     ) {
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("aonet_view"),
-            color_attachments: &[Some(attachment(target))],
+            color_attachments: &[cleared(target, wgpu::Color::TRANSPARENT)],
             timestamp_writes: clock.map(PassClock::render),
             ..Default::default()
         });
         pass.set_pipeline(&self.pipeline);
         pass.set_bind_group(0, group, &[]);
         pass.draw(0..3, 0..1);
-    }
-}
-
-/// A target that is cleared to zeros and kept.
-pub(super) fn attachment(view: &wgpu::TextureView) -> wgpu::RenderPassColorAttachment<'_> {
-    wgpu::RenderPassColorAttachment {
-        view,
-        depth_slice: None,
-        resolve_target: None,
-        ops: wgpu::Operations {
-            load: wgpu::LoadOp::Clear(wgpu::Color::TRANSPARENT),
-            store: wgpu::StoreOp::Store,
-        },
     }
 }
 

@@ -1,13 +1,13 @@
 //! The G-buffer pass: rasterisation with reversed depth. CPU twin: `aonet_offline::gbuffer`.
 
-use super::device::{Gpu, UNIFORM, attachment, bytes};
+use super::device::{Gpu, UNIFORM, bytes};
 use super::frame::Frame;
 use super::scene::SceneBuffers;
 use super::stopwatch::{PassClock, Stopwatch};
 use super::targets::{self, Targets};
 use super::textures;
 use aonet::Projection;
-use aonet::net::gpu::wgpu;
+use aonet::net::gpu::{cleared, wgpu};
 use aonet_offline::scene::Bounds;
 use glam::{Mat4, Vec3, Vec3A};
 
@@ -62,7 +62,7 @@ impl GbufferPass {
         let clock = watch.and_then(|watch| watch.pass("G-buffer"));
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("G-buffer"),
-            color_attachments: &colours.map(|target| Some(attachment(&target.view))),
+            color_attachments: &colours.map(|target| cleared(&target.view, wgpu::Color::TRANSPARENT)),
             depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
                 view: &targets.z.view,
                 depth_ops: Some(wgpu::Operations {

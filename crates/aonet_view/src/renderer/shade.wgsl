@@ -32,12 +32,6 @@ const KEY: vec3<f32> = vec3(0.52, 0.48, 0.42);
 const ABOVE: vec3<f32> = vec3(1.00, 1.06, 1.16);
 const BELOW: vec3<f32> = vec3(0.66, 0.61, 0.56);
 
-/// A triangle that covers the target.
-@vertex
-fn cover(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
-    return vec4(f32(index & 1u) * 4.0 - 1.0, f32(index >> 1u) * 4.0 - 1.0, 0.0, 1.0);
-}
-
 /// Narkowicz 2015, ACES Filmic Tone Mapping Curve.
 fn tone_mapped(radiance: vec3<f32>) -> vec3<f32> {
     let x = radiance;

@@ -3,7 +3,7 @@
 use super::mesh::{Mesh, Pose, turn};
 use super::props::{books, cushion, vessel};
 use super::rng::{Noise, Rng};
-use super::shapes::{ball, block, curve, cylinder, lathe, superellipsoid, surface};
+use super::shapes::{ball, block, curve, cylinder, extrude, lathe, superellipsoid, surface};
 use glam::{Vec2, Vec3, vec2, vec3};
 use std::f32::consts::{FRAC_PI_2, PI, TAU};
 
@@ -309,4 +309,16 @@ pub(super) fn radiator(width: f32, height: f32) -> Mesh {
         mesh.add(&block(vec3(0.06 * ribs as f32, 0.04, 0.05), 0.01), Pose::at(0.0, y, 0.0));
     }
     mesh
+}
+
+/// A board on brackets with books.
+pub(super) fn shelf(mesh: &mut Mesh, at: Pose, rng: &mut Rng) {
+    let wide = rng.range(0.5, 0.9);
+    mesh.add(&block(vec3(wide, 0.025, 0.22), 0.003), at.shift(0.0, 0.0, 0.11));
+    for side in [-1.0, 1.0] {
+        let bracket = extrude(&[Vec2::ZERO, vec2(0.15, 0.15), vec2(0.0, 0.15)], 0.02, 0.002);
+        mesh.add(&bracket, at.shift(side * 0.35 * wide, -0.15, 0.0).yaw(-FRAC_PI_2));
+    }
+    let row = books((wide * rng.range(0.4, 0.9), 0.28, 0.2), rng);
+    mesh.add(&row, at.shift(-0.45 * wide, 0.025, 0.2));
 }

@@ -1,10 +1,10 @@
 //! A furnished room: living room, bedroom, dining room or study.
 
 use super::architecture::{Opening, door, floor, trim_around, trim_profile, wall, window};
-use super::furniture::{bed, cabinet, chair, curtains, potted_plant, radiator, sofa, table};
+use super::furniture::{bed, cabinet, chair, curtains, potted_plant, radiator, shelf, sofa, table};
 use super::library::stack;
 use super::mesh::{Mesh, Pose};
-use super::props::{books, bottle, bowl, crate_of_slats, cushion, lamp, mug, picture, plate, vessel};
+use super::props::{bottle, bowl, crate_of_slats, cushion, lamp, mug, picture, plate, vessel};
 use super::rng::Rng;
 use super::shapes::{ball, block, cuboid, lathe};
 use glam::{Vec2, vec2, vec3};
@@ -392,16 +392,4 @@ fn panels(room: &mut Room, pose: Pose, (long, holes): (f32, &[Opening]), rng: &m
             room.mesh.add(&rail, pose.shift(x, high, 0.01));
         }
     }
-}
-
-/// A board on brackets with books.
-fn shelf(mesh: &mut Mesh, at: Pose, rng: &mut Rng) {
-    let wide = rng.range(0.5, 0.9);
-    mesh.add(&block(vec3(wide, 0.025, 0.22), 0.003), at.shift(0.0, 0.0, 0.11));
-    for side in [-1.0, 1.0] {
-        let bracket = super::shapes::extrude(&[Vec2::ZERO, vec2(0.15, 0.15), vec2(0.0, 0.15)], 0.02, 0.002);
-        mesh.add(&bracket, at.shift(side * 0.35 * wide, -0.15, 0.0).yaw(-FRAC_PI_2));
-    }
-    let row = books((wide * rng.range(0.4, 0.9), 0.28, 0.2), rng);
-    mesh.add(&row, at.shift(-0.45 * wide, 0.025, 0.2));
 }
