@@ -78,7 +78,7 @@ const frames = {
     },
 };
 
-/** Says below the picture what it took to draw it, and where it was drawn from. */
+/** Says what it took to draw the picture, and where it was drawn from. */
 function tell() {
     of("times").textContent = `${canvas.width} x ${canvas.height} pixels. ${viewer.times()}`;
     of("view").textContent = viewer.view();
@@ -107,6 +107,14 @@ function change(what) {
     frames.want();
 }
 
+/** The methods that are chosen, with their names on the picture. */
+function show_methods(viewer) {
+    viewer.set_methods(of("left").value, of("right").value);
+    for (const side of ["left", "right"]) {
+        of(`${side}_name`).textContent = of(side).selectedOptions[0].textContent;
+    }
+}
+
 function show_radius() {
     const digits = viewer.radius() < 0.1 ? 3 : 2;
     of("radius_text").value = `${viewer.radius().toFixed(digits)} units of the scene`;
@@ -131,8 +139,7 @@ async function open_file(file) {
 }
 
 function listen() {
-    of("left").onchange = of("right").onchange =
-        () => change((viewer) => viewer.set_methods(of("left").value, of("right").value));
+    of("left").onchange = of("right").onchange = () => change(show_methods);
     of("show").onchange = () => change((viewer) => viewer.set_show(of("show").value));
     of("split").oninput = () => change((viewer) => viewer.set_split(Number(of("split").value)));
     of("scale").onchange = () => frames.want();
@@ -188,7 +195,7 @@ async function start() {
     hear();
     show_radius();
     change((viewer) => {
-        viewer.set_methods(of("left").value, of("right").value);
+        show_methods(viewer);
         viewer.set_split(Number(of("split").value));
     });
 }
