@@ -79,12 +79,14 @@ def slider(desk):
 
 
 def radius(desk):
-    """A longer radius finds more occluders."""
-    means = []
+    """A longer radius is said to be longer, and finds more occluders."""
+    means, said = [], []
     desk.set(left="gtao", right="gtao", split=1, show="ao")
     for exponent in (-1.8, -1.2):
         means.append(sum(desk.set(radius=exponent).rgba[0::4]) / 255)
+        said.append(float(desk.page.run("document.getElementById('radius_text').value").split()[0]))
     desk.set(show="shaded")
+    expect(abs(said[1] / said[0] / 10**0.6 - 1) < 0.05, f"the page says that radii are {said}")
     expect(means[1] < 0.98 * means[0], f"visibilities of {means[0]:.0f} and {means[1]:.0f} pixels")
     return f"visibility {100 * (means[1] / means[0] - 1):.0f} %"
 
@@ -129,10 +131,11 @@ def files(desk):
 def sizes(desk):
     """A phone has all of its pixels and nothing to scroll sideways; a canvas without a size does no harm."""
     desk.set(left="off", right="off", show="shaded", scale=1)
-    desk.page.resize((360, 740), scale=2, mobile=True)
+    phone = (360, 740)
+    desk.page.resize(phone, scale=2, mobile=True)
     canvas = "document.getElementById('picture')"
     desk.page.wait(f"{canvas}.width === 2 * {canvas}.clientWidth && document.body.dataset.state === 'resting'")
-    over = desk.page.run("document.scrollingElement.scrollWidth - innerWidth")
+    over = desk.page.run("document.scrollingElement.scrollWidth") - phone[0]
     expect(over <= 0, f"the page is {over} px wider than a phone")
     desk.screenshot("phone")
     for display in ["none", "block"]:
