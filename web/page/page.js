@@ -6,6 +6,8 @@ const NO_WEBGPU = "This browser shows no picture: aonet needs WebGPU, and this b
     "Chrome, Edge, Firefox and Safari have it, on pages that come over https or from localhost.";
 // Files beyond do not fit into the memory that a page has. guess: half of the 4 GiB of 32-bit addresses, for file and scene.
 const MOST_BYTES = 2 ** 30;
+// Share of the picture's width that has room for a name. guess: the longest is an eighth of a desktop's.
+const NAMED = 0.15;
 const REFUSES = "The graphics device refuses: ";
 
 const of = (id) => document.getElementById(id);
@@ -115,6 +117,13 @@ function show_methods(viewer) {
     }
 }
 
+function show_split(viewer) {
+    const split = Number(of("split").value);
+    viewer.set_split(split);
+    of("left_name").hidden = split < NAMED;
+    of("right_name").hidden = split > 1 - NAMED;
+}
+
 function show_radius() {
     const digits = viewer.radius() < 0.1 ? 3 : 2;
     of("radius_text").value = `${viewer.radius().toFixed(digits)} units of the scene`;
@@ -141,7 +150,7 @@ async function open_file(file) {
 function listen() {
     of("left").onchange = of("right").onchange = () => change(show_methods);
     of("show").onchange = () => change((viewer) => viewer.set_show(of("show").value));
-    of("split").oninput = () => change((viewer) => viewer.set_split(Number(of("split").value)));
+    of("split").oninput = () => change(show_split);
     of("scale").onchange = () => frames.want();
     of("radius").oninput = () => {
         change((viewer) => viewer.set_radius(viewer.scene_radius() * 10 ** Number(of("radius").value)));
@@ -196,7 +205,7 @@ async function start() {
     show_radius();
     change((viewer) => {
         show_methods(viewer);
-        viewer.set_split(Number(of("split").value));
+        show_split(viewer);
     });
 }
 
