@@ -115,7 +115,7 @@ fn moved(surface: &Surface) -> Vec<f32> {
     let moved = |i: usize| {
         let (depth, normal) = (surface.gbuffer.depth()[i], Vec3A::from(surface.geo_normal[i]));
         let at = camera.position_view(i % camera.width, i / camera.width, 1.0);
-        let half_step = if i % 2 == 0 { 1.0 } else { -1.0 } / (32.0 * camera.focal_px());
+        let half_step = if i.is_multiple_of(2) { 1.0 } else { -1.0 } / (32.0 * camera.focal_px());
         let beside = at + half_step * Vec3A::new(normal.x.signum(), normal.y.signum(), 0.0);
         let depth_beside = depth * normal.dot(at) / normal.dot(beside);
         // Where the surface is seen from the side it may be anywhere.
