@@ -6,6 +6,8 @@ const NO_WEBGPU = "This browser shows no picture: aonet needs WebGPU, and this b
     "Chrome, Edge, Firefox and Safari have it, on pages that come over https or from localhost.";
 // Files beyond do not fit into the memory that a page has. guess: half of the 4 GiB of 32-bit addresses, for file and scene.
 const MOST_BYTES = 2 ** 30;
+// Share of the picture's width that has room for a name. guess: the longest is an eighth of a desktop's.
+const NAMED = 0.15;
 const REFUSES = "The graphics device refuses: ";
 
 const of = (id) => document.getElementById(id);
@@ -78,7 +80,7 @@ const frames = {
     },
 };
 
-/** Says below the picture what it took to draw it, and where it was drawn from. */
+/** Says what it took to draw the picture, and where it was drawn from. */
 function tell() {
     of("times").textContent = `${canvas.width} x ${canvas.height} pixels. ${viewer.times()}`;
     of("view").textContent = viewer.view();
@@ -107,6 +109,21 @@ function change(what) {
     frames.want();
 }
 
+/** The methods that are chosen, with their names on the picture. */
+function show_methods(viewer) {
+    viewer.set_methods(of("left").value, of("right").value);
+    for (const side of ["left", "right"]) {
+        of(`${side}_name`).textContent = of(side).selectedOptions[0].textContent;
+    }
+}
+
+function show_split(viewer) {
+    const split = Number(of("split").value);
+    viewer.set_split(split);
+    of("left_name").hidden = split < NAMED;
+    of("right_name").hidden = split > 1 - NAMED;
+}
+
 function show_radius() {
     const digits = viewer.radius() < 0.1 ? 3 : 2;
     of("radius_text").value = `${viewer.radius().toFixed(digits)} units of the scene`;
@@ -131,10 +148,9 @@ async function open_file(file) {
 }
 
 function listen() {
-    of("left").onchange = of("right").onchange =
-        () => change((viewer) => viewer.set_methods(of("left").value, of("right").value));
+    of("left").onchange = of("right").onchange = () => change(show_methods);
     of("show").onchange = () => change((viewer) => viewer.set_show(of("show").value));
-    of("split").oninput = () => change((viewer) => viewer.set_split(Number(of("split").value)));
+    of("split").oninput = () => change(show_split);
     of("scale").onchange = () => frames.want();
     of("radius").oninput = () => {
         change((viewer) => viewer.set_radius(viewer.scene_radius() * 10 ** Number(of("radius").value)));
@@ -188,8 +204,8 @@ async function start() {
     hear();
     show_radius();
     change((viewer) => {
-        viewer.set_methods(of("left").value, of("right").value);
-        viewer.set_split(Number(of("split").value));
+        show_methods(viewer);
+        show_split(viewer);
     });
 }
 

@@ -62,10 +62,9 @@ class Desk:
         self.page.wait("['resting', 'stopped'].includes(document.body?.dataset.state)")
 
     def set(self, **controls):
-        """The picture with these controls."""
-        for control, value in controls.items():
-            self.page.run(f"set({json.dumps(control)}, {json.dumps(str(value))})")
-            self.rest()
+        """The picture with these controls, drawn once."""
+        self.page.run(";".join(f"set({json.dumps(control)}, {json.dumps(str(value))})" for control, value in controls.items()))
+        self.rest()
         return self.picture()
 
     def picture(self):

@@ -4,11 +4,11 @@ use super::image::Image;
 use super::memory::{Context, PLACES, Ring};
 use super::order::{Batch, Walk};
 use super::program::{self, Sees};
-use super::scene::SceneBuffers;
+use super::scene::{self, SceneBuffers};
 use super::start::{Points, Start, Textures, View};
 use crate::gbuffer::Surface;
 use crate::reference::{Sampling, spiral};
-use crate::trace::{MAX_DEPTH, Tracer};
+use crate::trace::Tracer;
 use crate::{Error, Result};
 use aonet::net::gpu::{DepthEncoding, Frame, scoped, wgpu};
 use aonet::{AoParams, camera};
@@ -95,8 +95,7 @@ impl Dispatch {
 
 /// The shader of the rays.
 pub(super) fn source() -> String {
-    let constants = format!("const MAX_DEPTH = {MAX_DEPTH}u;\n");
-    constants + include_str!("traverse.wgsl") + include_str!("reference.wgsl")
+    scene::traverse() + include_str!("reference.wgsl")
 }
 
 impl Reference {
@@ -195,8 +194,9 @@ impl Reference {
         Ok(self.programs.start.view(&self.scene.context, self.sized.size, textures)?)
     }
 
-    /// Starts anew from the surface that the textures of `view` show when the commands run. Rays start just above it, by
-    /// what rounding and a rasteriser may have moved it.
+    /// Starts anew from the surface that the textures of `view` show when the commands run. Rays start just above the triangle
+    /// that is there, up to a sixteenth of a pixel away, because rasterisers snap vertices to a grid: just above what is shown
+    /// where the scene has none.
     ///
     /// # Errors
     /// When view or camera have another size than the reference, or the frame's numbers are out of range.
@@ -351,7 +351,7 @@ impl Sized {
         camera::check_size("reference", width, height)?;
         let context = &scene.context;
         let open = context.storage("open rays", width * height * size_of::<u32>())?;
-        let points = programs.start.points(context, parts.0, (width, height))?;
+        let points = programs.start.points(scene, parts.0, (width, height))?;
         let rays = programs.rays_group(scene, parts, (&points, &open));
         let image = programs.image.group(context, parts.0, &open);
         Ok(Self { size: (width, height), points, open, rays, image })

@@ -2,8 +2,14 @@
 
 use super::memory::Context;
 use crate::error::Result;
-use crate::trace::Tracer;
+use crate::trace::{MAX_DEPTH, Tracer};
 use aonet::net::gpu::{scoped, wgpu};
+
+/// What shaders need that send rays through one: bindings 1 and 2 of group 0.
+pub(super) fn traverse() -> String {
+    let constants = format!("const MAX_DEPTH = {MAX_DEPTH}u;\n");
+    constants + include_str!("traverse.wgsl")
+}
 
 /// A scene's hierarchy and triangles on a device. Cheap to clone.
 #[derive(Debug, Clone)]

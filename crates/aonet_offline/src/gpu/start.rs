@@ -3,6 +3,7 @@
 use super::image::check_size;
 use super::memory::{Context, Ring};
 use super::program::{self, Sees};
+use super::scene::{self, SceneBuffers};
 use crate::gbuffer::Surface;
 use crate::reference::Point;
 use crate::{Result, Scene};
@@ -63,13 +64,13 @@ pub(super) fn source(depth: DepthEncoding) -> String {
         DepthEncoding::Standard => (false, "1.0"),
     };
     let constants = format!("const LINEAR_DEPTH = {linear};\nconst FARTHEST = {farthest};\n");
-    constants + include_str!("start.wgsl")
+    scene::traverse() + &constants + include_str!("start.wgsl")
 }
 
 impl Start {
     pub(super) fn new(context: &Context, depth: DepthEncoding) -> Self {
         let device = &context.device;
-        let sees = [Sees::Numbers, Sees::Write, Sees::Write, Sees::Write];
+        let sees = [Sees::Numbers, Sees::Read, Sees::Read, Sees::Write, Sees::Write, Sees::Write];
         let layout = program::layout(device, "start points", wgpu::ShaderStages::COMPUTE, &sees);
         let texture = |binding| wgpu::BindGroupLayoutEntry {
             binding,
@@ -122,13 +123,16 @@ impl Start {
     /// When the image is larger than a shader may see.
     pub(super) fn points(
         &self,
-        context: &Context,
+        scene: &SceneBuffers,
         ring: &Ring,
         size: (usize, usize),
     ) -> aonet::Result<Points> {
+        let context = &scene.context;
         let buffer = || context.storage("start points", size.0 * size.1 * POINT_BYTES);
         let buffers = [buffer()?, buffer()?, buffer()?];
-        let group = program::group(&context.device, &self.layout, &ring.buffer, &buffers.each_ref());
+        let [origins, normals, geo_normals] = &buffers;
+        let seen = [&scene.nodes, &scene.triangles, origins, normals, geo_normals];
+        let group = program::group(&context.device, &self.layout, &ring.buffer, &seen);
         Ok(Points { size, buffers, group })
     }
 

@@ -31,6 +31,9 @@ fn cross_fused(a: vec3<f32>, b: vec3<f32>) -> vec3<f32> {
     return fma(a.yzx, b.zxy, -(a.zxy * b.yzx));
 }
 
+/// What a ray meets that meets no triangle.
+const NOTHING: u32 = 0xffffffffu;
+
 /// Whether the ray meets a triangle at 0 < t <= its length.
 // Möller and Trumbore 1997, scaled by the determinant: no division.
 fn hits(triangle: u32, ray: Ray) -> bool {
@@ -71,8 +74,27 @@ fn meets(node: u32, ray: Ray, inverse: vec3<f32>) -> u32 {
     return (node << 8u) | met;
 }
 
-/// Whether the ray meets any triangle.
-fn blocked(ray: Ray) -> bool {
+/// Into the back, of no particular length.
+fn back_normal(triangle: u32) -> vec3<f32> {
+    return vec3(triangles[3u * triangle].w, triangles[3u * triangle + 1u].w, triangles[3u * triangle + 2u].w);
+}
+
+/// Whether a ray along a unit vector comes upon the front of a triangle, at more than 81 degrees.
+fn head_on(triangle: u32, ray: Ray) -> bool {
+    let normal = back_normal(triangle);
+    return dot(normal, ray.direction) > 0.99 * length(normal);
+}
+
+/// Where the ray meets a triangle's plane, in lengths of its direction.
+fn distance_to(triangle: u32, ray: Ray) -> f32 {
+    let normal = back_normal(triangle);
+    return dot(normal, triangles[3u * triangle].xyz - ray.origin) / dot(normal, ray.direction);
+}
+
+/// Any triangle that a ray meets, or the first that it meets head-on; NOTHING where there is none.
+fn met(along: Ray, any: bool) -> u32 {
+    var ray = along;
+    var first = NOTHING;
     let size = max(abs(ray.direction), vec3(LEAST));
     let inverse = 1.0 / select(size, -size, ray.direction < vec3(0.0));
     var stack: array<u32, MAX_DEPTH>;
@@ -98,13 +120,22 @@ fn blocked(ray: Ray) -> bool {
             group = meets(word, ray, inverse);
             continue;
         }
-        let first = word & 0xfffffffu;
-        let last = first + ((word >> 28u) & 7u);
-        for (var triangle = first; triangle <= last; triangle++) {
-            if (hits(triangle, ray)) {
-                return true;
+        let begin = word & 0xfffffffu;
+        let last = begin + ((word >> 28u) & 7u);
+        for (var triangle = begin; triangle <= last; triangle++) {
+            if (hits(triangle, ray) && (any || head_on(triangle, ray))) {
+                if (any) {
+                    return triangle;
+                }
+                first = triangle;
+                ray.length = distance_to(triangle, ray);
             }
         }
     }
-    return false;
+    return first;
+}
+
+/// Whether the ray meets any triangle.
+fn blocked(ray: Ray) -> bool {
+    return met(ray, true) != NOTHING;
 }

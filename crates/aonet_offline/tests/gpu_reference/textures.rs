@@ -1,16 +1,17 @@
 //! Start points of a renderer.
 
 use super::device::{filled, read, target, texture};
-use super::scenes::{floor, quad, view};
-use super::{FLOAT, LEAST_PSNR, agreement, device, reference, stage};
+use super::scenes::{cuboid, floor, quad, view};
+use super::{FLOAT, LEAST_PSNR, agreement, device, procedural, reference, stage};
 use aonet::net::gpu::{DepthEncoding, Device, Frame, wgpu};
 use aonet::{AoImage, Camera};
 use aonet_offline::View;
-use aonet_offline::gbuffer::render;
+use aonet_offline::gbuffer::{Surface, render};
 use aonet_offline::gpu::{Options, Textures};
 use aonet_offline::reference::{Sampling, reference_ao};
+use aonet_offline::scene::procedural::Kind;
 use aonet_offline::trace::Tracer;
-use glam::Vec3;
+use glam::{Vec3, Vec3A};
 
 /// Formats of normals.
 pub(super) const FLOATS: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
@@ -105,6 +106,73 @@ fn rays_start_at_what_textures_show() {
             println!("{depth_encoding:?}, {normals:?}, orthographic {ortho_height:?}: {psnr:.1} dB");
             assert!(psnr >= LEAST_PSNR && gpu.visibility().iter().any(|v| *v < 0.5));
         }
+    }
+}
+
+/// What a rasteriser shows that moves every surface by half of 1/16 of a pixel, to and fro: depth of the same planes.
+fn moved(surface: &Surface) -> Vec<f32> {
+    let camera = surface.gbuffer.camera();
+    let moved = |i: usize| {
+        let (depth, normal) = (surface.gbuffer.depth()[i], Vec3A::from(surface.geo_normal[i]));
+        let at = camera.position_view(i % camera.width, i / camera.width, 1.0);
+        let half_step = if i.is_multiple_of(2) { 1.0 } else { -1.0 } / (32.0 * camera.focal_px());
+        let beside = at + half_step * Vec3A::new(normal.x.signum(), normal.y.signum(), 0.0);
+        let depth_beside = depth * normal.dot(at) / normal.dot(beside);
+        // Where the surface is seen from the side it may be anywhere.
+        if (depth_beside / depth - 1.0).abs() < 0.05 { depth_beside } else { depth }
+    };
+    (0..camera.width * camera.height).map(moved).collect()
+}
+
+#[test]
+fn rays_start_on_the_surface_wherever_a_rasteriser_has_moved_it() {
+    let Some(device) = device() else { return };
+    let (scene, view) = procedural(Kind::FurnishedRoom, (64, 40));
+    let tracer = Tracer::new(scene);
+    let surface = render(&tracer, &view).unwrap();
+    let (params, camera) = (view.params().unwrap(), view.camera().unwrap());
+    let sampling = Sampling { spp: 60, seed: 5 };
+    let cpu = reference_ao(&tracer, &surface, params, sampling, &|_| ()).unwrap();
+    let (depth, normal) = (moved(&surface), surface.gbuffer.normal());
+    let frame = Frame { camera, far: f32::INFINITY, params };
+    let options = Options { sampling, depth: DepthEncoding::Linear, output: FLOAT };
+    for normals in [FLOATS, HALVES] {
+        let shown = Shown { camera, depth: &depth, normal, geo_normal: &surface.geo_normal };
+        let textures = shown.textures(&device, normals, |d| d);
+        let gpu = from_textures(&device, &tracer, (&textures, &frame), options);
+        let buried = |(a, b): &(&f32, &f32)| **a == 0.0 && **b > 0.1;
+        let buried = gpu.visibility().iter().zip(cpu.visibility()).filter(buried).count();
+        let psnr = agreement(&cpu, &gpu);
+        println!("{normals:?}: {psnr:.1} dB, {buried} pixels start inside");
+        // Measured: 25.9 dB, because points have moved along the surface, too, and 5 of 2560, where another one is as near.
+        assert!(psnr >= 24.0 && buried < 13);
+    }
+}
+
+/// A floor with a box above it, and one without thickness that is seen from below, with a box below.
+#[test]
+fn rays_start_at_the_backs_of_triangles_as_at_their_fronts() {
+    let Some(device) = device() else { return };
+    for side in [1f32, -1.0] {
+        let mut scene = floor(1.0);
+        let [near, far] = [0.05 * side, 0.6 * side];
+        scene.append(&cuboid(Vec3::new(-0.5, near.min(far), -0.5), Vec3::new(0.5, near.max(far), 0.5)));
+        let tracer = Tracer::new(scene);
+        let view = view(Vec3::new(0.4, 2.0 * side, 1.5), Vec3::ZERO, 1.0);
+        let view = View { fov_y_deg: 60.0, width: 40, height: 30, ..view };
+        let surface = render(&tracer, &view).unwrap();
+        let (params, camera) = (view.params().unwrap(), view.camera().unwrap());
+        let sampling = Sampling { spp: 256, seed: 5 };
+        let cpu = reference_ao(&tracer, &surface, params, sampling, &|_| ()).unwrap();
+        let (depth, normal) = (surface.gbuffer.depth(), surface.gbuffer.normal());
+        let shown = Shown { camera, depth, normal, geo_normal: &surface.geo_normal };
+        let textures = shown.textures(&device, FLOATS, |d| d);
+        let frame = Frame { camera, far: f32::INFINITY, params };
+        let options = Options { sampling, depth: DepthEncoding::Linear, output: FLOAT };
+        let psnr = agreement(&cpu, &from_textures(&device, &tracer, (&textures, &frame), options));
+        println!("{side:+}: {psnr:.1} dB");
+        // Measured: equal on both sides; what starts a sixteenth of a pixel away comes to 58.6 dB.
+        assert!(psnr >= 65.0 && cpu.visibility().iter().any(|v| *v < 0.6));
     }
 }
 
