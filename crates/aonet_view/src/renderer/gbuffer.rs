@@ -5,6 +5,7 @@ use super::frame::Frame;
 use super::scene::SceneBuffers;
 use super::stopwatch::Stopwatch;
 use super::targets::{self, Targets};
+use super::textures;
 use aonet::Projection;
 use aonet::net::gpu::wgpu;
 use aonet_offline::scene::Bounds;
@@ -24,6 +25,7 @@ pub(super) struct GbufferPass {
     pipeline: wgpu::RenderPipeline,
     layout: wgpu::BindGroupLayout,
     camera: wgpu::Buffer,
+    samplers: [wgpu::Sampler; 4],
 }
 
 impl GbufferPass {
@@ -33,10 +35,13 @@ impl GbufferPass {
             has_dynamic_offset: false,
             min_binding_size: None,
         };
-        let layout = gpu.layout(wgpu::ShaderStages::VERTEX, &[UNIFORM, storage, storage, storage, storage]);
+        let sampler = wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering);
+        let mut types = vec![UNIFORM, storage, storage, storage, storage, storage, textures::ARRAY];
+        types.extend([sampler; 4]);
+        let layout = gpu.layout(wgpu::ShaderStages::VERTEX_FRAGMENT, &types);
         let pipeline = pipeline(gpu, &layout);
         let camera = gpu.buffer("camera", CAMERA_BYTES, wgpu::BufferUsages::UNIFORM);
-        Self { gpu: gpu.clone(), pipeline, layout, camera }
+        Self { gpu: gpu.clone(), pipeline, layout, camera, samplers: textures::samplers(gpu) }
     }
 
     pub(super) fn encode(
@@ -47,8 +52,12 @@ impl GbufferPass {
         watch: Option<&mut Stopwatch>,
     ) {
         self.gpu.queue.write_buffer(&self.camera, 0, &camera_bytes(frame, &scene.bounds));
-        let buffers = [&self.camera, &scene.position, &scene.normal, &scene.triangle, &scene.albedo];
-        let group = self.gpu.group(&self.layout, &buffers.map(wgpu::Buffer::as_entire_binding));
+        let decals = &scene.textures.decals;
+        let buffers = [&self.camera, &scene.position, &scene.normal, &scene.triangle, &scene.albedo, decals];
+        let mut resources = buffers.map(wgpu::Buffer::as_entire_binding).to_vec();
+        resources.push(wgpu::BindingResource::TextureView(&scene.textures.view));
+        resources.extend(self.samplers.each_ref().map(wgpu::BindingResource::Sampler));
+        let group = self.gpu.group(&self.layout, &resources);
         let colours = [&targets.normal, &targets.depth, &targets.albedo, &targets.geo_normal];
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("G-buffer"),

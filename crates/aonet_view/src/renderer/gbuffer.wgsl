@@ -13,6 +13,24 @@ struct Camera {
 @group(0) @binding(2) var<storage, read> normals: array<f32>;
 @group(0) @binding(3) var<storage, read> triangles: array<u32>;
 @group(0) @binding(4) var<storage, read> albedos: array<f32>;
+@group(0) @binding(5) var<storage, read> decals: array<Decal>;
+@group(0) @binding(6) var images: texture_2d_array<f32>;
+@group(0) @binding(7) var repeated: sampler;
+@group(0) @binding(8) var repeated_along_u: sampler;
+@group(0) @binding(9) var repeated_along_v: sampler;
+@group(0) @binding(10) var single: sampler;
+
+/// What a triangle shows of an image.
+struct Decal {
+    /// Of its corners.
+    uv: array<vec2<f32>, 3>,
+    /// The layer in the lower half, then how it goes on along u and v, two bits each. NONE: no image.
+    number: u32,
+}
+
+const NONE: u32 = 0xffffffffu;
+const REPEATS: u32 = 0u;
+const MIRRORS: u32 = 2u;
 
 struct Corner {
     @builtin(position) clip: vec4<f32>,
@@ -23,6 +41,8 @@ struct Corner {
     /// View space, towards the viewer; zero for a triangle without area.
     @location(2) @interpolate(flat) geo_normal: vec3<f32>,
     @location(3) @interpolate(flat) albedo: vec3<f32>,
+    @location(4) uv: vec2<f32>,
+    @location(5) @interpolate(flat) decal: u32,
 }
 
 struct Seen {
@@ -62,7 +82,31 @@ fn corner(@builtin(vertex_index) index: u32) -> Corner {
     let depth = -seen.z;
     let zw = vec2(camera.z_line.x * depth + camera.z_line.y, camera.w_line.x * depth + camera.w_line.y);
     let albedo = vec3(albedos[3u * triangle], albedos[3u * triangle + 1u], albedos[3u * triangle + 2u]);
-    return Corner(vec4(camera.scale * seen.xy, zw), side * direction_view(normal_world(vertex)), depth, side * front, albedo);
+    // Where no triangle shows an image there is a single decal.
+    let decal = min(triangle, arrayLength(&decals) - 1u);
+    let uv = decals[decal].uv[index % 3u];
+    let clip = vec4(camera.scale * seen.xy, zw);
+    let normal = side * direction_view(normal_world(vertex));
+    return Corner(clip, normal, depth, side * front, albedo, uv, decals[decal].number);
+}
+
+/// An image at a place with its changes from pixel to pixel. Mirrors have no sampler: what they show lies between the edges.
+fn shown(decal: u32, uv: vec2<f32>, along: array<vec2<f32>, 2>) -> vec3<f32> {
+    let layer = decal & 0xffffu;
+    let wrap = vec2((decal >> 16u) & 3u, (decal >> 18u) & 3u);
+    let mirrored = 1.0 - abs(uv - 2.0 * floor(0.5 * uv) - 1.0);
+    let at = select(uv, mirrored, wrap == vec2(MIRRORS));
+    let repeats = wrap == vec2(REPEATS);
+    if (all(repeats)) {
+        return textureSampleGrad(images, repeated, at, layer, along[0], along[1]).xyz;
+    }
+    if (repeats.x) {
+        return textureSampleGrad(images, repeated_along_u, at, layer, along[0], along[1]).xyz;
+    }
+    if (repeats.y) {
+        return textureSampleGrad(images, repeated_along_v, at, layer, along[0], along[1]).xyz;
+    }
+    return textureSampleGrad(images, single, at, layer, along[0], along[1]).xyz;
 }
 
 @fragment
@@ -70,5 +114,11 @@ fn main(at: Corner) -> Seen {
     // Below this the direction is rounding noise, as for the rays.
     let has_direction = dot(at.normal, at.normal) > 1e-8;
     let normal = normalize(select(at.geo_normal, at.normal, has_direction));
-    return Seen(vec4(normal, 0.0), at.depth, vec4(at.albedo, 1.0), vec4(at.geo_normal, 0.0));
+    // Neighbours know each other's places before they part.
+    let along = array(dpdx(at.uv), dpdy(at.uv));
+    var albedo = at.albedo;
+    if (at.decal != NONE) {
+        albedo *= shown(at.decal, at.uv, along);
+    }
+    return Seen(vec4(normal, 0.0), at.depth, vec4(albedo, 1.0), vec4(at.geo_normal, 0.0));
 }

@@ -17,6 +17,7 @@
 //! ```
 
 mod converging;
+mod decode;
 mod device;
 mod frame;
 mod gbuffer;
@@ -33,6 +34,7 @@ mod stopwatch;
 mod targets;
 #[cfg(test)]
 mod tests;
+mod textures;
 
 pub use frame::{Frame, Show};
 pub use method::Method;
@@ -67,7 +69,7 @@ pub struct Renderer {
 }
 
 impl Renderer {
-    /// A renderer of `scene` with frames of `size` (width, height) [px]. The device needs the default limits of WebGPU; its
+    /// A renderer of `scene` with frames of `size` (width, height) [px]. Images of the scene are decoded: PNG and JPEG. The device needs the default limits of WebGPU; its
     /// features `SHADER_F16` and `TIMESTAMP_QUERY` are used where it has them.
     ///
     /// # Errors
@@ -173,3 +175,8 @@ impl Renderer {
         self.targets.size
     }
 }
+    /// Sentences about images of the scene that are not shown, each with the image's name. A plain colour stands for them.
+    pub fn missing_images(&self) -> &[String] {
+        &self.scene.textures.missing
+    }
+

@@ -29,8 +29,19 @@ pub fn picture(renderer: &Renderer) -> Result<Vec<u8>> {
 /// # Errors
 /// As [`picture`].
 pub fn image(renderer: &Renderer) -> Result<RgbImage> {
+    without_alpha(renderer, &picture(renderer)?)
+}
+
+/// The reflectance of what the last frame shows, sRGB; black on the background.
+///
+/// # Errors
+/// As [`picture`].
+pub fn albedo(renderer: &Renderer) -> Result<RgbImage> {
+    without_alpha(renderer, &texels(renderer, &renderer.targets.albedo.texture)?)
+}
+
+fn without_alpha(renderer: &Renderer, texels: &[u8]) -> Result<RgbImage> {
     let (width, height) = renderer.size();
-    let texels = picture(renderer)?;
     let rgb = texels.as_chunks().0.iter().flat_map(|[r, g, b, _]| [*r, *g, *b]).collect();
     let missing = || Error::request("picture", "as many texels as the frame has", texels.len());
     RgbImage::from_raw(width as u32, height as u32, rgb).ok_or_else(missing)

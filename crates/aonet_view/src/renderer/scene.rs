@@ -2,6 +2,7 @@
 //! normal and colour and no vertex is stored twice.
 
 use super::device::{Gpu, bytes};
+use super::textures::TextureArray;
 use crate::Result;
 use aonet::net::gpu::{scoped, wgpu};
 use aonet_offline::Scene;
@@ -18,6 +19,7 @@ pub(super) struct SceneBuffers {
     pub(super) triangle: wgpu::Buffer,
     /// Three floats a triangle.
     pub(super) albedo: wgpu::Buffer,
+    pub(super) textures: TextureArray,
     /// Vertices to draw.
     pub(super) corners: u32,
     pub(super) bounds: Bounds,
@@ -57,7 +59,8 @@ impl SceneBuffers {
                 buffer
             }))
         })?;
+        let textures = TextureArray::new(gpu, &scene.textures)?;
         let corners = 3 * scene.triangle.len() as u32;
-        Ok(Self { position, normal, triangle, albedo, corners, bounds: scene.bounds() })
+        Ok(Self { position, normal, triangle, albedo, textures, corners, bounds: scene.bounds() })
     }
 }

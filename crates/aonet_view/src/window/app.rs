@@ -47,7 +47,7 @@ impl App {
                 Arc::new(window.map_err(|e| Error::request("window", "a display that opens one", e))?)
             }
         };
-        self.screen = Some(Screen::new(window, &self.viewer)?);
+        self.screen = Some(Screen::new(window, &mut self.viewer)?);
         Ok(())
     }
 
@@ -62,7 +62,7 @@ impl App {
         self.viewer.advance(now - self.last);
         self.last = now;
         if self.viewer.take_loaded()
-            && let Err(error) = screen.show_scene(&self.viewer)
+            && let Err(error) = screen.show_scene(&mut self.viewer)
         {
             self.viewer.complain(&error);
         }

@@ -26,7 +26,7 @@ pub(super) struct Screen {
 impl Screen {
     /// # Errors
     /// When there is no device for the window, or not enough memory on it.
-    pub(super) fn new(window: Arc<Window>, viewer: &Viewer) -> Result<Self> {
+    pub(super) fn new(window: Arc<Window>, viewer: &mut Viewer) -> Result<Self> {
         let surface = Surface::new(&window)?;
         let device = &surface.device;
         let pair = (&device.device, &device.queue);
@@ -34,6 +34,7 @@ impl Screen {
         let size = viewer.frame_size(surface.size(), most);
         let mut renderer = Renderer::new(pair, viewer.tracer.scene(), size)?;
         renderer.set_tracer(&viewer.tracer)?;
+        viewer.name_missing(renderer.missing_images());
         let present = Present::new(pair, surface.format());
         let painter = egui_wgpu::Renderer::new(&device.device, surface.format(), Default::default());
         let (context, id) = (egui::Context::default(), egui::ViewportId::ROOT);
@@ -58,8 +59,9 @@ impl Screen {
     ///
     /// # Errors
     /// When it is too large for the device; the old one is shown then.
-    pub(super) fn show_scene(&mut self, viewer: &Viewer) -> Result<()> {
+    pub(super) fn show_scene(&mut self, viewer: &mut Viewer) -> Result<()> {
         self.renderer.set_scene(viewer.tracer.scene())?;
+        viewer.name_missing(self.renderer.missing_images());
         self.renderer.set_tracer(&viewer.tracer)
     }
 

@@ -200,6 +200,17 @@ impl Viewer {
         self.motion = Motion::Free;
     }
 
+    /// Adds to the message what is missing of a scene's images: the first of them and how many others.
+    pub(super) fn name_missing(&mut self, images: &[String]) {
+        let Some(first) = images.first() else { return };
+        let others = match images.len() - 1 {
+            0 => String::new(),
+            others => format!(" (and {others} more)"),
+        };
+        let begin = if self.message.is_empty() { "" } else { "\n" };
+        self.message += &format!("{begin}not shown: {first}{others}");
+    }
+
     /// Shows an error to people.
     pub(super) fn complain(&mut self, error: &Error) {
         self.message = error.to_string();
@@ -259,6 +270,17 @@ pub(super) mod tests {
         }
         assert!(viewer.message.contains("such.glb"), "{}", viewer.message);
         assert_eq!(viewer.tracer.scene().triangle.len(), 1);
+    }
+
+    #[test]
+    fn missing_images_are_named_and_counted() {
+        let mut viewer = viewer();
+        viewer.name_missing(&[]);
+        assert_eq!(viewer.message, "");
+        viewer.name_missing(&["image 3: torn".into()]);
+        assert_eq!(viewer.message, "not shown: image 3: torn");
+        viewer.name_missing(&["a".into(), "b".into(), "c".into()]);
+        assert_eq!(viewer.message, "not shown: image 3: torn\nnot shown: a (and 2 more)");
     }
 
     #[test]

@@ -1,0 +1,164 @@
+//! Images from their files, as square textures with all their levels.
+
+use aonet_offline::scene::DEFAULT_ALBEDO;
+use aonet_offline::scene::textures::Image;
+use image::imageops::{self, FilterType};
+use image::{ImageReader, Limits, RgbaImage};
+use std::io::Cursor;
+
+/// Memory that an image may take when it is decoded: 8192 x 8192 texels of 8 bits.
+// guess: more than any texture needs that is seen in a frame.
+const MOST_DECODED_BYTES: u64 = 1 << 28;
+
+/// Texels of levels, the largest first: red, green, blue and alpha, sRGB.
+pub(super) type Levels = Vec<RgbaImage>;
+
+/// Width and height of an image [px], from the begin of its file.
+///
+/// # Errors
+/// Why it cannot be shown.
+pub(super) fn size(image: &Image) -> Result<(u32, u32), String> {
+    let (width, height) = reader(image)?.into_dimensions().map_err(|e| e.to_string())?;
+    match u64::from(width) * u64::from(height) * 4 <= MOST_DECODED_BYTES {
+        true => Ok((width, height)),
+        false => Err(format!("{width}x{height} texels, which are more than {MOST_DECODED_BYTES} bytes")),
+    }
+}
+
+/// An image as a square with sides of `side`, a power of two, and all its smaller levels.
+///
+/// # Errors
+/// Why it cannot be shown.
+pub(super) fn levels(image: &Image, side: u32) -> Result<Levels, String> {
+    size(image)?;
+    let mut reader = reader(image)?;
+    let mut limits = Limits::default();
+    // Of 16 bits a channel on the way.
+    limits.max_alloc = Some(2 * MOST_DECODED_BYTES);
+    reader.limits(limits);
+    let decoded = reader.decode().map_err(|e| e.to_string())?.into_rgba8();
+    Ok(smaller(squared(decoded, side)))
+}
+
+/// What stands for an image that cannot be shown: the colour of what nothing is known about.
+pub(super) fn plain(side: u32) -> Levels {
+    let [r, g, b] = DEFAULT_ALBEDO.map(encoded);
+    smaller(RgbaImage::from_pixel(side, side, image::Rgba([r, g, b, 255])))
+}
+
+fn reader(image: &Image) -> Result<ImageReader<Cursor<&[u8]>>, String> {
+    let bytes = image.bytes.as_ref().map_err(String::clone)?;
+    let reader = ImageReader::new(Cursor::new(bytes.as_ref())).with_guessed_format();
+    let reader = reader.map_err(|e| e.to_string())?;
+    match reader.format() {
+        Some(format) if format.reading_enabled() => Ok(reader),
+        Some(format) => Err(format!("{}, where PNG and JPEG are known", format.to_mime_type())),
+        None => Err("neither PNG nor JPEG".into()),
+    }
+}
+
+/// Stretched: where a texture lies does not depend on its size. In sRGB values, as other programs scale pictures.
+fn squared(image: RgbaImage, side: u32) -> RgbaImage {
+    match image.dimensions() == (side, side) {
+        true => image,
+        false => imageops::resize(&image, side, side, FilterType::Triangle),
+    }
+}
+
+/// The image and all its halves, down to one texel.
+fn smaller(largest: RgbaImage) -> Levels {
+    let linear: Vec<f32> = (0..=255).map(|v| decoded(v as f32 / 255.0)).collect();
+    let mut levels = vec![largest];
+    while let Some(last) = levels.last()
+        && last.width() > 1
+    {
+        let half = half(last, &linear);
+        levels.push(half);
+    }
+    levels
+}
+
+/// Means of four texels: of light, not of its sRGB values.
+fn half(image: &RgbaImage, linear: &[f32]) -> RgbaImage {
+    RgbaImage::from_fn(image.width() / 2, image.height() / 2, |x, y| {
+        let texels =
+            [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(dx, dy)| image.get_pixel(2 * x + dx, 2 * y + dy).0);
+        let mean = |c: usize| texels.iter().map(|t| linear[usize::from(t[c])]).sum::<f32>() / 4.0;
+        let [r, g, b] = [0, 1, 2].map(|c| encoded(mean(c)));
+        image::Rgba([r, g, b, 255])
+    })
+}
+
+/// IEC 61966-2-1.
+fn decoded(value: f32) -> f32 {
+    if value <= 0.04045 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) }
+}
+
+/// IEC 61966-2-1, of 8 bits.
+fn encoded(linear: f32) -> u8 {
+    let value = if linear <= 0.0031308 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 };
+    (255.0 * value).round() as u8
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use image::{ImageFormat, Rgba};
+
+    fn file(image: &RgbaImage, format: ImageFormat) -> Image {
+        let mut bytes = Cursor::new(Vec::new());
+        image::DynamicImage::from(image.clone()).into_rgb8().write_to(&mut bytes, format).unwrap();
+        Image { name: "test".into(), bytes: Ok(bytes.into_inner().into()) }
+    }
+
+    #[test]
+    fn halves_are_means_of_light() {
+        let board =
+            RgbaImage::from_fn(4, 4, |x, y| Rgba(if (x + y) % 2 == 0 { [255; 4] } else { [0, 0, 0, 255] }));
+        let found = levels(&file(&board, ImageFormat::Png), 4).unwrap();
+        assert_eq!(found.iter().map(RgbaImage::width).collect::<Vec<_>>(), [4, 2, 1]);
+        assert_eq!(found[0], board);
+        // Half the light of white, IEC 61966-2-1: 1.055 * 0.5^(1 / 2.4) - 0.055 = 0.7354, times 255.
+        assert!(found[1].pixels().chain(found[2].pixels()).all(|p| p.0 == [188, 188, 188, 255]), "{found:?}");
+    }
+
+    #[test]
+    fn an_image_of_any_shape_becomes_a_square() {
+        let wide =
+            RgbaImage::from_fn(6, 2, |x, _| Rgba(if x < 3 { [200, 0, 0, 255] } else { [0, 0, 200, 255] }));
+        let found = levels(&file(&wide, ImageFormat::Png), 8).unwrap();
+        assert_eq!(found[0].dimensions(), (8, 8));
+        assert_eq!(
+            [found[0].get_pixel(1, 5).0, found[0].get_pixel(6, 2).0],
+            [[200, 0, 0, 255], [0, 0, 200, 255]]
+        );
+        let jpeg =
+            levels(&file(&RgbaImage::from_pixel(16, 16, Rgba([90, 160, 40, 255])), ImageFormat::Jpeg), 16)
+                .unwrap();
+        let near = |a: &[u8; 4], b: [u8; 4]| a.iter().zip(b).all(|(a, b)| a.abs_diff(b) <= 3);
+        assert!(jpeg[0].pixels().all(|p| near(&p.0, [90, 160, 40, 255])), "{:?}", jpeg[0].get_pixel(0, 0));
+    }
+
+    #[test]
+    fn what_cannot_be_shown_says_why() {
+        let whole = file(&RgbaImage::from_pixel(64, 64, Rgba([1, 2, 3, 255])), ImageFormat::Png);
+        let bytes = whole.bytes.unwrap();
+        let of = |bytes: &[u8]| Image { name: "test".into(), bytes: Ok(bytes.into()) };
+        for length in 0..bytes.len() - 12 {
+            assert!(levels(&of(&bytes[..length]), 4).is_err(), "{length}");
+        }
+        // Sides of 2^31 - 1, with the checksum that belongs to them.
+        let mut huge = bytes.to_vec();
+        huge[16..24].copy_from_slice(&[0x7f, 0xff, 0xff, 0xff, 0x7f, 0xff, 0xff, 0xff]);
+        assert!(levels(&of(&huge), 4).is_err());
+        let webp = b"RIFF\x24\0\0\0WEBPVP8 ";
+        for (image, named) in [
+            (of(webp), "webp"),
+            (of(b"\xabKTX 20\xbb\r\n\x1a\n"), "neither"),
+            (Image { name: "x".into(), bytes: Err("no such file".into()) }, "no such file"),
+        ] {
+            let why = levels(&image, 4).unwrap_err();
+            assert!(why.contains(named), "{why}");
+        }
+    }
+}
