@@ -7,7 +7,7 @@
 //!
 //! let device = Device::wait_for()?;
 //! let (scene, view) = procedural::demo();
-//! let mut renderer = Renderer::new((&device.device, &device.queue), &scene, (view.width, view.height))?;
+//! let mut renderer = Renderer::on(&device, &scene, (view.width, view.height))?;
 //! let frame = Frame::new(view.camera()?, view.params()?);
 //! let mut encoder = device.device.create_command_encoder(&Default::default());
 //! renderer.encode(&mut encoder, &frame)?;
@@ -44,7 +44,7 @@ pub use present::Present;
 pub use stopwatch::PassTime;
 
 use crate::Result;
-use aonet::net::gpu::{scoped, wgpu};
+use aonet::net::gpu::{Device, Kernels, scoped, wgpu};
 use aonet_offline::Scene;
 use aonet_offline::scene::Bounds;
 use aonet_offline::trace::Tracer;
@@ -93,6 +93,16 @@ impl Renderer {
                 gpu: gpu.clone(),
             })
         })?;
+        Ok(renderer)
+    }
+
+    /// The same on a device that knows which products of matrices it has: networks take those.
+    ///
+    /// # Errors
+    /// As [`Renderer::new`].
+    pub fn on(device: &Device, scene: &Scene, size: (usize, usize)) -> Result<Self> {
+        let mut renderer = Self::new((&device.device, &device.queue), scene, size)?;
+        renderer.occlusion.kernels = device.matrices.map_or(Kernels::Plain, Kernels::Matrices);
         Ok(renderer)
     }
 

@@ -8,7 +8,7 @@ use super::stopwatch::Stopwatch;
 use super::targets::{self, Target, Targets};
 use crate::{Error, Result};
 use aonet::classic::Classic;
-use aonet::net::gpu::{self, ClassicSession, DepthEncoding, Options, Session, Textures, View, wgpu};
+use aonet::net::gpu::{self, ClassicSession, DepthEncoding, Kernels, Options, Session, Textures, View, wgpu};
 use aonet::net::{Model, shipped};
 use aonet_offline::trace::Tracer;
 
@@ -16,6 +16,8 @@ use aonet_offline::trace::Tracer;
 #[derive(Debug)]
 pub(super) struct Occlusion {
     gpu: Gpu,
+    /// Of networks.
+    pub(super) kernels: Kernels,
     /// One texel: visibility 1 everywhere.
     open: Target,
     running: Vec<Running>,
@@ -47,7 +49,8 @@ impl Occlusion {
         let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: None, rows_per_image: None };
         let one = half::f16::ONE.to_le_bytes();
         gpu.queue.write_texture(open.texture.as_image_copy(), &one, layout, open.texture.size());
-        Self { gpu: gpu.clone(), open, running: Vec::new(), reference: None, seen: Vec::new() }
+        let kernels = Kernels::Plain;
+        Self { gpu: gpu.clone(), kernels, open, running: Vec::new(), reference: None, seen: Vec::new() }
     }
 
     /// Makes ready what a frame shows.
@@ -63,7 +66,7 @@ impl Occlusion {
                 })?;
                 reference.prepare(&self.gpu, targets)?;
             } else if self.running.iter().all(|running| running.method != *method) {
-                self.running.extend(Running::new(&self.gpu, *method, targets)?);
+                self.running.extend(Running::new((&self.gpu, self.kernels), *method, targets)?);
             }
         }
         Ok(())
@@ -129,13 +132,13 @@ impl Occlusion {
 }
 
 impl Running {
-    fn new(gpu: &Gpu, method: Method, targets: &Targets) -> Result<Option<Self>> {
+    fn new((gpu, kernels): (&Gpu, Kernels), method: Method, targets: &Targets) -> Result<Option<Self>> {
         let options =
             Options { depth: DepthEncoding::Linear, output: targets::VISIBILITY, ..Options::default() };
         let pair = (&gpu.device, &gpu.queue);
         let network = |bytes| {
             let model = Model::from_bytes(bytes)?;
-            Session::new(pair, &model, targets.size, options).map(Runner::Network)
+            Session::new(pair, &model, targets.size, Options { kernels, ..options }).map(Runner::Network)
         };
         let session = match method {
             Method::Off | Method::Reference => return Ok(None),

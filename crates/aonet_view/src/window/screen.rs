@@ -32,7 +32,7 @@ impl Screen {
         let pair = (&device.device, &device.queue);
         let most = device.device.limits().max_texture_dimension_2d;
         let size = viewer.frame_size(surface.size(), most);
-        let mut renderer = Renderer::new(pair, viewer.tracer.scene(), size)?;
+        let mut renderer = Renderer::on(device, viewer.tracer.scene(), size)?;
         renderer.set_tracer(&viewer.tracer)?;
         viewer.name_missing(renderer.missing_images());
         let present = Present::new(pair, surface.format());

@@ -8,9 +8,6 @@ use std::sync::{Arc, Mutex, PoisonError};
 use std::task::{Context, Poll, Waker};
 use winit::window::Window;
 
-/// Features that are asked for where they exist: half floats for the networks, clocks for the graph.
-const WANTED: wgpu::Features = wgpu::Features::SHADER_F16.union(wgpu::Features::TIMESTAMP_QUERY);
-
 /// Where frames are shown.
 #[derive(Debug)]
 pub(super) struct Surface {
@@ -36,7 +33,7 @@ impl Surface {
             ..Default::default()
         };
         let adapter = wait(instance.request_adapter(&options)).map_err(|e| refused("adapter", &e))?;
-        let device = request(&adapter)?;
+        let device = Device::of(&adapter)?;
         let size = window.inner_size();
         let mut config = surface
             .get_default_config(&adapter, size.width.max(1), size.height.max(1))
@@ -107,25 +104,6 @@ impl Surface {
     pub(super) fn size(&self) -> (u32, u32) {
         (self.config.width, self.config.height)
     }
-}
-
-fn request(adapter: &wgpu::Adapter) -> Result<Device> {
-    let limits = adapter.limits();
-    let descriptor = wgpu::DeviceDescriptor {
-        label: Some("aonet_view"),
-        required_features: adapter.features() & WANTED,
-        // What large windows and scenes need; else what every adapter has.
-        required_limits: wgpu::Limits {
-            max_buffer_size: limits.max_buffer_size,
-            max_storage_buffer_binding_size: limits.max_storage_buffer_binding_size,
-            max_texture_dimension_2d: limits.max_texture_dimension_2d,
-            ..wgpu::Limits::default()
-        },
-        ..Default::default()
-    };
-    let (device, queue) = wait(adapter.request_device(&descriptor))
-        .map_err(|e| aonet::Error::device("device", "WebGPU's default limits", e))?;
-    Ok(Device { adapter: adapter.get_info(), device, queue, matrices: None })
 }
 
 /// Hears what goes wrong on the device outside of any call.

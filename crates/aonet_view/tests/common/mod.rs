@@ -35,7 +35,7 @@ pub(crate) fn proposed(kind: Kind, size: (usize, usize)) -> (Tracer, View) {
 }
 
 pub(crate) fn renderer(device: &Device, scene: &Scene, size: (usize, usize)) -> Renderer {
-    Renderer::new((&device.device, &device.queue), scene, size).unwrap()
+    Renderer::on(device, scene, size).unwrap()
 }
 
 /// A frame of a view.
