@@ -2,6 +2,8 @@
 
 use super::device::Gpu;
 use super::frame::Frame;
+use super::method::Method;
+use super::stopwatch::Stopwatch;
 use super::targets::{self, Target, Targets};
 use crate::Result;
 use aonet::net::gpu::{self as net, DepthEncoding, wgpu};
@@ -66,18 +68,28 @@ impl Converging {
     ///
     /// # Errors
     /// When the frame's numbers are out of range.
-    pub(super) fn encode(&mut self, encoder: &mut wgpu::CommandEncoder, frame: &Frame) -> Result<()> {
+    pub(super) fn encode(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        frame: &Frame,
+        watch: Option<&mut Stopwatch>,
+    ) -> Result<()> {
         let Some(Sized { reference, view, visibility, .. }) = &mut self.sized else { return Ok(()) };
         let of = net::Frame { camera: frame.camera, far: frame.far, params: frame.params };
-        if self.since != Some(of) {
+        let starts = self.since != Some(of);
+        let most = if starts { MOST_SAMPLES } else { MOST_SAMPLES.saturating_sub(reference.samples()) };
+        let samples = frame.samples.min(most);
+        // No rays at all are a white image, which has to be written once.
+        if !starts && samples == 0 && reference.samples() > 0 {
+            return Ok(());
+        }
+        let clock = watch.and_then(|watch| watch.begin(encoder, Method::Reference.title()));
+        if starts {
             reference.start(encoder, view, &of)?;
             self.since = Some(of);
         }
-        let samples = frame.samples.min(MOST_SAMPLES.saturating_sub(reference.samples()));
-        // No rays at all are a white image, which has to be written once.
-        if samples > 0 || reference.samples() == 0 {
-            reference.encode(encoder, samples, &visibility.view)?;
-        }
+        reference.encode(encoder, samples, &visibility.view)?;
+        clock.iter().for_each(|clock| clock.end(encoder));
         Ok(())
     }
 

@@ -1,5 +1,6 @@
 //! A device, and what every pass makes on it.
 
+use super::stopwatch::PassClock;
 use aonet::net::gpu::wgpu;
 
 /// A device and its queue.
@@ -114,12 +115,12 @@ impl Cover {
         encoder: &mut wgpu::CommandEncoder,
         group: &wgpu::BindGroup,
         target: &wgpu::TextureView,
-        timestamp_writes: Option<wgpu::RenderPassTimestampWrites<'_>>,
+        clock: Option<&PassClock>,
     ) {
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("aonet_view"),
             color_attachments: &[Some(attachment(target))],
-            timestamp_writes,
+            timestamp_writes: clock.map(PassClock::render),
             ..Default::default()
         });
         pass.set_pipeline(&self.pipeline);

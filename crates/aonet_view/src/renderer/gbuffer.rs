@@ -3,7 +3,7 @@
 use super::device::{Gpu, UNIFORM, attachment, bytes};
 use super::frame::Frame;
 use super::scene::SceneBuffers;
-use super::stopwatch::Stopwatch;
+use super::stopwatch::{PassClock, Stopwatch};
 use super::targets::{self, Targets};
 use super::textures;
 use aonet::Projection;
@@ -59,6 +59,7 @@ impl GbufferPass {
         resources.extend(self.samplers.each_ref().map(wgpu::BindingResource::Sampler));
         let group = self.gpu.group(&self.layout, &resources);
         let colours = [&targets.normal, &targets.depth, &targets.albedo, &targets.geo_normal];
+        let clock = watch.and_then(|watch| watch.pass("G-buffer"));
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("G-buffer"),
             color_attachments: &colours.map(|target| Some(attachment(&target.view))),
@@ -70,7 +71,7 @@ impl GbufferPass {
                 }),
                 stencil_ops: None,
             }),
-            timestamp_writes: watch.and_then(|watch| watch.render("G-buffer")),
+            timestamp_writes: clock.as_ref().map(PassClock::render),
             ..Default::default()
         });
         pass.set_pipeline(&self.pipeline);

@@ -41,7 +41,7 @@ pub use method::Method;
 pub use orbit::Orbit;
 pub use path::{CameraPath, Key};
 pub use present::Present;
-pub use stopwatch::PassTime;
+pub use stopwatch::{PassClock, PassTime};
 
 use crate::Result;
 use aonet::net::gpu::{Device, Kernels, scoped, wgpu};
@@ -153,16 +153,40 @@ impl Renderer {
     /// When the camera is of another size or out of range, a method cannot run on the device, the reference has no tracer, or
     /// memory is short.
     pub fn encode(&mut self, encoder: &mut wgpu::CommandEncoder, frame: &Frame) -> Result<()> {
+        self.begin(encoder, frame)?;
+        self.finish(encoder);
+        Ok(())
+    }
+
+    /// The same for callers that go on with passes of their own: [`Renderer::clock`] times these, and [`Renderer::finish`] ends
+    /// the frame.
+    ///
+    /// # Errors
+    /// As [`Renderer::encode`]; the encoder is of no use then.
+    pub fn begin(&mut self, encoder: &mut wgpu::CommandEncoder, frame: &Frame) -> Result<()> {
+        self.stopwatch.iter_mut().for_each(Stopwatch::stop);
         let frame = frame.checked(self.size())?;
         self.occlusion.prepare(&self.targets, &frame)?;
         let mut watch = self.stopwatch.as_mut().and_then(Stopwatch::start);
         self.gbuffer.encode(encoder, (&self.scene, &self.targets), &frame, watch.as_deref_mut());
-        self.occlusion.encode(encoder, &frame, watch.as_deref_mut())?;
-        self.shade.encode(encoder, (&self.targets, &self.occlusion), &frame, watch.as_deref_mut());
-        if let Some(watch) = watch {
-            watch.finish(encoder);
+        let found = self.occlusion.encode(encoder, &frame, watch.as_deref_mut());
+        if found.is_err() {
+            watch.into_iter().for_each(Stopwatch::stop);
+            return found;
         }
+        self.shade.encode(encoder, (&self.targets, &self.occlusion), &frame, watch);
         Ok(())
+    }
+
+    /// Where a pass of the caller between [`Renderer::begin`] and [`Renderer::finish`] writes its times, of which
+    /// [`Renderer::times`] tells under this label; none where the frame is not timed. A frame has room for three.
+    pub fn clock(&mut self, label: &str) -> Option<PassClock> {
+        self.stopwatch.as_mut().and_then(|watch| watch.pass(label))
+    }
+
+    /// Ends what [`Renderer::begin`] has begun, in the same encoder.
+    pub fn finish(&mut self, encoder: &mut wgpu::CommandEncoder) {
+        self.stopwatch.iter_mut().for_each(|watch| watch.finish(encoder));
     }
 
     /// Where frames end: `Rgba8Unorm`, holds sRGB values.
@@ -175,6 +199,11 @@ impl Renderer {
         self.stopwatch.as_ref().map_or(&[], Stopwatch::latest)
     }
 
+    /// Sentences about images of the scene that are not shown, each with the image's name. A plain colour stands for them.
+    pub fn missing_images(&self) -> &[String] {
+        &self.scene.textures.missing
+    }
+
     /// Box around the scene.
     pub fn bounds(&self) -> Bounds {
         self.scene.bounds
@@ -185,8 +214,3 @@ impl Renderer {
         self.targets.size
     }
 }
-    /// Sentences about images of the scene that are not shown, each with the image's name. A plain colour stands for them.
-    pub fn missing_images(&self) -> &[String] {
-        &self.scene.textures.missing
-    }
-

@@ -86,7 +86,9 @@ impl Occlusion {
             running.encode(encoder, frame, watch.as_deref_mut())?;
         }
         match &mut self.reference {
-            Some(reference) if self.seen.contains(&Method::Reference) => reference.encode(encoder, frame),
+            Some(reference) if self.seen.contains(&Method::Reference) => {
+                reference.encode(encoder, frame, watch)
+            }
             _ => Ok(()),
         }
     }

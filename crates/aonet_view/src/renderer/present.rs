@@ -1,6 +1,9 @@
 //! A picture on a window or a canvas, whatever its size.
 
+#[cfg(doc)]
+use super::Renderer;
 use super::device::{Cover, Gpu};
+use super::stopwatch::PassClock;
 use aonet::net::gpu::wgpu;
 
 /// Draws pictures on targets of one format.
@@ -38,11 +41,21 @@ impl Present {
         picture: &wgpu::Texture,
         target: &wgpu::TextureView,
     ) {
+        self.encode_timed(encoder, (picture, target), None);
+    }
+
+    /// Stretches the first texture over the second one. What it takes is written where [`Renderer::clock`] says.
+    pub fn encode_timed(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        (picture, target): (&wgpu::Texture, &wgpu::TextureView),
+        clock: Option<&PassClock>,
+    ) {
         let view = picture.create_view(&Default::default());
         let resources =
             [wgpu::BindingResource::TextureView(&view), wgpu::BindingResource::Sampler(&self.smoothly)];
         let group = self.gpu.group(&self.cover.layout, &resources);
-        self.cover.encode(encoder, &group, target, None);
+        self.cover.encode(encoder, &group, target, clock);
     }
 }
 

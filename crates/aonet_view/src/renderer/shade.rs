@@ -44,8 +44,8 @@ impl ShadePass {
         let resources: Vec<_> = [self.shade.as_entire_binding()].into_iter().chain(views).collect();
         // Methods come and go: what the pass reads changes with the frame.
         let group = self.gpu.group(&self.cover.layout, &resources);
-        let times = watch.and_then(|watch| watch.render("lighting"));
-        self.cover.encode(encoder, &group, &targets.picture.view, times);
+        let clock = watch.and_then(|watch| watch.pass("lighting"));
+        self.cover.encode(encoder, &group, &targets.picture.view, clock.as_ref());
     }
 }
 

@@ -5,8 +5,8 @@ use aonet::net::gpu::{Timestamps, wgpu};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU8, Ordering};
 
-/// Passes of a frame that can be told apart: the G-buffer, two methods, the reference, the shading.
-const SETS: usize = 6;
+/// Steps of a frame that can be told apart: the G-buffer, two methods, the reference, the lighting, and three of the caller.
+const SETS: usize = 8;
 /// Queries of each. The largest network that is shipped has 22 passes.
 const QUERIES: u32 = 128;
 const SET_BYTES: u64 = QUERIES as u64 * 8;
@@ -20,6 +20,39 @@ pub struct PassTime {
     pub ms: f32,
 }
 
+/// Where a pass writes when it begins and ends.
+#[derive(Debug, Clone)]
+pub struct PassClock(wgpu::QuerySet);
+
+impl PassClock {
+    /// For the descriptor of a render pass.
+    pub fn render(&self) -> wgpu::RenderPassTimestampWrites<'_> {
+        wgpu::RenderPassTimestampWrites {
+            query_set: &self.0,
+            beginning_of_pass_write_index: Some(0),
+            end_of_pass_write_index: Some(1),
+        }
+    }
+
+    /// Writes one of the two between passes that others encode: a pass that does nothing else.
+    fn write(&self, encoder: &mut wgpu::CommandEncoder, begin: Option<u32>, end: Option<u32>) {
+        let writes = wgpu::ComputePassTimestampWrites {
+            query_set: &self.0,
+            beginning_of_pass_write_index: begin,
+            end_of_pass_write_index: end,
+        };
+        drop(encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+            label: Some("stopwatch"),
+            timestamp_writes: Some(writes),
+        }));
+    }
+
+    /// Ends what [`Stopwatch::begin`] has begun.
+    pub(super) fn end(&self, encoder: &mut wgpu::CommandEncoder) {
+        self.write(encoder, None, Some(1));
+    }
+}
+
 /// Times of a frame on their way from the device: one frame at a time, others are not timed.
 #[derive(Debug)]
 pub(super) struct Stopwatch {
@@ -27,6 +60,8 @@ pub(super) struct Stopwatch {
     sets: Vec<wgpu::QuerySet>,
     resolved: wgpu::Buffer,
     back: wgpu::Buffer,
+    /// Whether a frame is being encoded that is timed.
+    runs: bool,
     /// Labels of the sets of the frame and how many of their queries it writes.
     used: Vec<(String, u32)>,
     state: Arc<AtomicU8>,
@@ -58,6 +93,7 @@ impl Stopwatch {
             sets: (0..SETS).map(set).collect(),
             resolved: gpu.buffer("stopwatch", bytes, resolve),
             back: gpu.buffer("stopwatch", bytes, wgpu::BufferUsages::MAP_READ),
+            runs: false,
             used: Vec::new(),
             state: Arc::default(),
             latest: Vec::new(),
@@ -66,6 +102,7 @@ impl Stopwatch {
 
     /// The watch for a new frame, unless the last one's times are still on their way.
     pub(super) fn start(&mut self) -> Option<&mut Self> {
+        self.runs = false;
         // A lost device tells its own handler.
         let _ = self.gpu.device.poll(wgpu::PollType::Poll);
         match self.state.load(Ordering::Acquire) {
@@ -75,17 +112,25 @@ impl Stopwatch {
         }
         self.state.store(IDLE, Ordering::Release);
         self.used.clear();
+        self.runs = true;
         Some(self)
     }
 
-    /// Where a render pass writes its times.
-    pub(super) fn render(&mut self, label: &str) -> Option<wgpu::RenderPassTimestampWrites<'_>> {
-        let queries = self.set(label, 1)?;
-        Some(wgpu::RenderPassTimestampWrites {
-            query_set: queries,
-            beginning_of_pass_write_index: Some(0),
-            end_of_pass_write_index: Some(1),
-        })
+    /// Forgets the frame: its commands are not going to run.
+    pub(super) fn stop(&mut self) {
+        self.runs = false;
+    }
+
+    /// For a pass of the frame that is being encoded; none where that is not timed.
+    pub(super) fn pass(&mut self, label: &str) -> Option<PassClock> {
+        self.set(label, 1).cloned().map(PassClock)
+    }
+
+    /// For passes that take no times themselves: from here to [`PassClock::end`].
+    pub(super) fn begin(&mut self, encoder: &mut wgpu::CommandEncoder, label: &str) -> Option<PassClock> {
+        let clock = self.pass(label)?;
+        clock.write(encoder, Some(0), None);
+        Some(clock)
     }
 
     /// Where the passes of a session write their times.
@@ -94,14 +139,17 @@ impl Stopwatch {
     }
 
     fn set(&mut self, label: &str, passes: usize) -> Option<&wgpu::QuerySet> {
-        let count = u32::try_from(2 * passes).ok().filter(|count| *count <= QUERIES)?;
+        let count = u32::try_from(2 * passes).ok().filter(|count| *count <= QUERIES && self.runs)?;
         let set = self.sets.get(self.used.len())?;
         self.used.push((label.to_owned(), count));
         Some(set)
     }
 
-    /// Encodes the way back of the times.
+    /// Encodes the way back of the times, where the frame is timed.
     pub(super) fn finish(&mut self, encoder: &mut wgpu::CommandEncoder) {
+        if !std::mem::take(&mut self.runs) {
+            return;
+        }
         for ((set, (_, count)), i) in self.sets.iter().zip(&self.used).zip(0..) {
             encoder.resolve_query_set(set, 0..*count, &self.resolved, i * SET_BYTES);
         }

@@ -1,21 +1,39 @@
 //! The times of the last frames as columns.
 
-use crate::renderer::PassTime;
+use crate::renderer::{Method, PassTime};
 use egui::{Color32, Rect, Sense, Ui, pos2, vec2};
 use std::collections::VecDeque;
 
 /// Frames that are remembered.
 const FRAMES: usize = 120;
 
-/// Colours of the steps from the bottom of a column to its top.
-const COLOURS: [Color32; 6] = [
-    Color32::from_rgb(86, 136, 199),
-    Color32::from_rgb(240, 160, 64),
-    Color32::from_rgb(120, 180, 96),
-    Color32::from_rgb(200, 96, 104),
-    Color32::from_rgb(150, 120, 190),
-    Color32::from_rgb(140, 140, 140),
+/// Colours of steps that are no methods.
+const OTHERS: [(&str, Color32); 4] = [
+    ("G-buffer", Color32::from_rgb(86, 136, 199)),
+    ("lighting", Color32::from_rgb(222, 202, 110)),
+    ("presenting", Color32::from_rgb(150, 150, 150)),
+    ("controls", Color32::from_rgb(205, 205, 205)),
 ];
+
+/// Colours of the methods in their order.
+const METHODS: [Color32; Method::ALL.len()] = [
+    Color32::from_rgb(90, 90, 90),
+    Color32::from_rgb(120, 180, 96),
+    Color32::from_rgb(84, 168, 158),
+    Color32::from_rgb(200, 96, 104),
+    Color32::from_rgb(190, 120, 80),
+    Color32::from_rgb(168, 132, 60),
+    Color32::from_rgb(240, 160, 64),
+    Color32::from_rgb(150, 120, 190),
+    Color32::from_rgb(214, 128, 188),
+];
+
+/// A step has its colour whatever else a frame does: a change of methods recolours no column.
+fn colour(label: &str) -> Color32 {
+    let other = OTHERS.iter().find(|(name, _)| *name == label).map(|(_, colour)| *colour);
+    let method = || Method::ALL.iter().position(|method| method.title() == label).map(|i| METHODS[i]);
+    other.or_else(method).unwrap_or(Color32::WHITE)
+}
 
 /// Times of the steps of the last frames.
 #[derive(Debug, Default)]
@@ -49,15 +67,15 @@ impl History {
         for (frame, x) in self.frames.iter().zip(0..) {
             let left = rect.left() + width * x as f32;
             let mut bottom = rect.bottom();
-            for (time, colour) in frame.iter().zip(COLOURS.iter().cycle()) {
+            for time in frame {
                 let top = bottom - rect.height() * time.ms / most;
                 let column = Rect::from_min_max(pos2(left, top), pos2(left + width, bottom));
-                ui.painter().rect_filled(column, 0.0, *colour);
+                ui.painter().rect_filled(column, 0.0, colour(&time.label));
                 bottom = top;
             }
         }
-        for (time, colour) in last.iter().zip(COLOURS.iter().cycle()) {
-            ui.colored_label(*colour, format!("{:7.2} ms  {}", time.ms, time.label));
+        for time in last {
+            ui.colored_label(colour(&time.label), format!("{:7.2} ms  {}", time.ms, time.label));
         }
         ui.label(format!("{:7.2} ms  together; {most:.1} ms at most", whole(last)));
     }
@@ -66,6 +84,7 @@ impl History {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use std::collections::HashSet;
 
     #[test]
     fn frames_are_remembered_once_and_not_for_ever() {
@@ -79,5 +98,13 @@ mod tests {
         }
         assert_eq!(history.frames.len(), FRAMES);
         assert_eq!(history.frames[0][0].ms, 80.0);
+    }
+
+    #[test]
+    fn every_step_has_a_colour_of_its_own() {
+        let labels = OTHERS.iter().map(|(label, _)| *label).chain(Method::ALL.map(Method::title));
+        let colours: HashSet<_> = labels.clone().map(colour).collect();
+        assert_eq!(colours.len(), labels.count());
+        assert!(!colours.contains(&colour("another")));
     }
 }

@@ -5,7 +5,7 @@ use super::input::Request;
 use super::surface::Surface;
 use super::viewer::Viewer;
 use super::{save, viewer::SCORE_SAMPLES};
-use crate::renderer::{Frame, Present, Renderer};
+use crate::renderer::{Frame, PassClock, Present, Renderer};
 use crate::{Error, Result};
 use aonet::net::gpu::wgpu;
 use egui_wgpu::ScreenDescriptor;
@@ -74,13 +74,14 @@ impl Screen {
         let target = texture.texture.create_view(&Default::default());
         let device = self.surface.device.device.clone();
         let mut encoder = device.create_command_encoder(&Default::default());
-        let drawn = self.frame(viewer).and_then(|frame| self.renderer.encode(&mut encoder, &frame));
+        let drawn = self.frame(viewer).and_then(|frame| self.renderer.begin(&mut encoder, &frame));
         if let Err(error) = &drawn {
             // What was encoded so far belongs to no whole frame. The controls stay: they can set what was wrong.
             viewer.complain(error);
             encoder = device.create_command_encoder(&Default::default());
         }
-        self.present.encode(&mut encoder, self.renderer.picture(), &target);
+        let clock = self.renderer.clock("presenting");
+        self.present.encode_timed(&mut encoder, (self.renderer.picture(), &target), clock.as_ref());
         let facts = Facts { size: self.renderer.size(), samples: self.renderer.samples() };
         let input = self.egui.take_egui_input(&self.window);
         let mut request = None;
@@ -89,6 +90,7 @@ impl Screen {
         });
         self.egui.handle_platform_output(&self.window, output.platform_output.clone());
         let commands = self.paint(&mut encoder, output, &target);
+        self.renderer.finish(&mut encoder);
         self.window.pre_present_notify();
         self.surface.device.queue.submit(commands.into_iter().chain([encoder.finish()]));
         self.surface.device.queue.present(texture);
@@ -123,6 +125,7 @@ impl Screen {
         }
         let shapes = self.egui.egui_ctx().tessellate(shapes, pixels_per_point);
         let commands = self.painter.update_buffers(&device.device, &device.queue, encoder, &shapes, &screen);
+        let clock = self.renderer.clock("controls");
         let pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             label: Some("controls"),
             color_attachments: &[Some(wgpu::RenderPassColorAttachment {
@@ -131,6 +134,7 @@ impl Screen {
                 resolve_target: None,
                 ops: wgpu::Operations { load: wgpu::LoadOp::Load, store: wgpu::StoreOp::Store },
             })],
+            timestamp_writes: clock.as_ref().map(PassClock::render),
             ..Default::default()
         });
         self.painter.render(&mut pass.forget_lifetime(), &shapes, &screen);
