@@ -7,7 +7,7 @@ use aonet::net::{Model, cpu, shipped};
 use aonet::{AoImage, AoParams};
 use aonet_offline::reference::{Sampling, reference_ao};
 use aonet_offline::scene::procedural::Kind;
-use aonet_view::renderer::{Present, readback};
+use aonet_view::renderer::{PassTime, Present, readback};
 use aonet_view::{Frame, Method, Show};
 use common::{demo, device, draw, frame, proposed, renderer};
 
@@ -188,6 +188,52 @@ fn passes_are_timed_where_the_device_has_a_clock() {
 }
 
 #[test]
+fn rays_and_passes_of_the_caller_are_timed_in_their_frame() {
+    let Some(device) = device() else { return };
+    if !device.device.features().contains(wgpu::Features::TIMESTAMP_QUERY) {
+        return;
+    }
+    let (tracer, view) = demo((64, 36));
+    let mut renderer = renderer(&device, tracer.scene(), (64, 36));
+    renderer.set_tracer(&tracer).unwrap();
+    let target =
+        target(&device, (wgpu::TextureFormat::Rgba8Unorm, [64, 36])).create_view(&Default::default());
+    let present = Present::new((&device.device, &device.queue), wgpu::TextureFormat::Rgba8Unorm);
+    let mut draw = |frame: Frame| {
+        let mut encoder = device.device.create_command_encoder(&Default::default());
+        let begun = renderer.begin(&mut encoder, &frame).is_ok();
+        let clock = renderer.clock("presenting");
+        assert_eq!(clock.is_some(), begun);
+        if !begun {
+            encoder = device.device.create_command_encoder(&Default::default());
+        }
+        present.encode_timed(&mut encoder, (renderer.picture(), &target), clock.as_ref());
+        renderer.finish(&mut encoder);
+        device.queue.submit([encoder.finish()]);
+        device.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
+        assert!(renderer.clock("too late").is_none());
+        renderer.times().to_vec()
+    };
+    let traced =
+        |samples| Frame { methods: [Method::Gtao, Method::Reference], split: 0.5, samples, ..frame(&view) };
+    let (few, many) = (traced(1), traced(64));
+    let broken = Frame { split: 2.0, ..few };
+    draw(few);
+    // Each frame tells of the one before; a frame that is none leaves no trace.
+    let times = [few, broken, many, many].map(&mut draw);
+    let labels: Vec<_> = times[0].iter().map(|time| time.label.as_str()).collect();
+    assert_eq!(labels, ["G-buffer", "GTAO", "ray-traced reference", "lighting", "presenting"]);
+    assert_eq!(times[1], times[0]);
+    let rays = |times: &[PassTime]| times[2].ms;
+    // Sixty-four times as many rays; the rest is compiled and started as often.
+    assert!(rays(&times[3]) > 2.0 * rays(&times[2]), "{:?}", times);
+    // All rays are there: none are traced, none are timed.
+    let none = Frame { samples: 0, ..few };
+    draw(none);
+    assert_eq!(draw(none).len(), 4);
+}
+
+#[test]
 fn a_lost_device_is_an_error_and_no_panic() {
     let Some(device) = device() else { return };
     let (tracer, view) = demo((16, 9));
@@ -204,14 +250,8 @@ fn a_lost_device_is_an_error_and_no_panic() {
     assert!(aonet_view::Renderer::new((&device.device, &device.queue), tracer.scene(), (16, 9)).is_err());
 }
 
-/// A picture on a target of a format, stretched.
-fn presented(
-    device: &Device,
-    renderer: &aonet_view::Renderer,
-    of: (wgpu::TextureFormat, [u32; 2]),
-) -> Vec<u8> {
-    let (format, [width, height]) = of;
-    let target = device.device.create_texture(&wgpu::TextureDescriptor {
+fn target(device: &Device, (format, [width, height]): (wgpu::TextureFormat, [u32; 2])) -> wgpu::Texture {
+    device.device.create_texture(&wgpu::TextureDescriptor {
         label: None,
         size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
         mip_level_count: 1,
@@ -220,7 +260,17 @@ fn presented(
         format,
         usage: wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC,
         view_formats: &[],
-    });
+    })
+}
+
+/// A picture on a target of a format, stretched.
+fn presented(
+    device: &Device,
+    renderer: &aonet_view::Renderer,
+    of: (wgpu::TextureFormat, [u32; 2]),
+) -> Vec<u8> {
+    let (format, [width, height]) = of;
+    let target = target(device, of);
     let back = device.device.create_buffer(&wgpu::BufferDescriptor {
         label: None,
         size: u64::from(256 * height),

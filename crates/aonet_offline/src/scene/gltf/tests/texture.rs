@@ -163,9 +163,10 @@ fn a_broken_index_or_array_is_an_error() {
 #[test]
 fn places_that_are_no_numbers_are_the_origin() {
     let mut file = file(&TRIANGLE);
-    file.bin[36..40].copy_from_slice(&f32::NAN.to_le_bytes());
+    // The second corner is at (0, 1), the third at (1, 0).
     file.bin[48..52].copy_from_slice(&f32::INFINITY.to_le_bytes());
-    assert_eq!(places(&load(&file)), [[0.0; 2], [0.0, 1.0], [0.0; 2]]);
+    file.bin[52..56].copy_from_slice(&f32::NAN.to_le_bytes());
+    assert_eq!(places(&load(&file)), [[0.0; 2]; 3]);
 }
 
 #[test]
