@@ -107,7 +107,8 @@ impl ApplicationHandler for App {
             WindowEvent::RedrawRequested => self.redraw(events),
             // Where a drag has begun it goes on, wherever the mouse is.
             WindowEvent::CursorMoved { .. } => self.mouse.on(&event, size, &mut self.viewer),
-            _ if for_controls => {}
+            // What has begun outside of the controls ends, wherever the mouse is and whoever hears the keys.
+            _ if for_controls && !input::is_release(&event) => {}
             _ => {
                 self.mouse.on(&event, size, &mut self.viewer);
                 if let Some(request) = input::key(&event, &mut self.viewer) {
@@ -126,5 +127,100 @@ impl ApplicationHandler for App {
         if let Some(screen) = self.screen.as_ref().filter(seen) {
             screen.window.request_redraw();
         }
+    }
+}
+
+#[cfg(all(test, target_os = "linux"))]
+mod tests {
+    use super::super::viewer::tests::start;
+    use super::*;
+    use crate::renderer::readback;
+    use crate::{Method, Show};
+    use std::time::Duration;
+    use winit::event_loop::EventLoop;
+    use winit::platform::pump_events::EventLoopExtPumpEvents;
+    use winit::platform::x11::EventLoopBuilderExtX11;
+
+    /// A window of an X server, real or virtual.
+    struct Live {
+        events: EventLoop<()>,
+        app: App,
+    }
+
+    impl Live {
+        /// None where there is no X server, said so.
+        fn open() -> Option<Self> {
+            if std::env::var_os("DISPLAY").is_none() {
+                eprintln!("skipped: no display");
+                return None;
+            }
+            let events = EventLoop::builder().with_x11().with_any_thread(true).build().unwrap();
+            let methods = [Method::Reference, Method::Gtao];
+            let app = App::new(Start { methods, show: Show::Visibility, ..start() });
+            Some(Self { events, app })
+        }
+
+        /// Lets the window live until it is as it should be.
+        #[track_caller]
+        fn until(&mut self, what: &str, is_so: impl Fn(&App) -> bool) {
+            let since = Instant::now();
+            while !is_so(&self.app) {
+                self.events.pump_app_events(Some(Duration::from_millis(5)), &mut self.app);
+                assert!(self.app.failed.is_none(), "{what}: {:?}", self.app.failed);
+                let message = &self.app.viewer.message;
+                assert!(since.elapsed() < Duration::from_secs(120), "never {what}; it says {message:?}");
+            }
+        }
+
+        fn screen(&mut self) -> &mut Screen {
+            self.app.screen.as_mut().unwrap()
+        }
+
+        fn ask(&mut self, request: input::Request) {
+            self.app.screen.as_mut().unwrap().answer(request, &mut self.app.viewer);
+        }
+    }
+
+    /// Rays that the window has traced: frames are drawn.
+    fn samples(app: &App) -> u32 {
+        app.screen.as_ref().map_or(0, |screen| screen.renderer.samples())
+    }
+
+    /// One event loop is all that a process may have, so one test has all that takes one.
+    #[test]
+    fn a_window_outlives_its_device_and_sizes_and_tells_scores() {
+        let Some(mut live) = Live::open() else { return };
+        live.until("drawn", |app| samples(app) >= 4);
+
+        readback::image(&live.screen().renderer).unwrap();
+        live.screen().surface.device.device.destroy();
+        assert!(readback::image(&live.screen().renderer).is_err());
+        live.until("made anew", |app| app.viewer.message.contains("was lost"));
+        live.until("drawn on the new device", |app| samples(app) >= 2);
+        readback::image(&live.screen().renderer).unwrap();
+
+        for (width, height) in [(1, 1), (3, 300), (96, 64)] {
+            let _ = live.screen().window.request_inner_size(PhysicalSize::new(width, height));
+            live.until("resized", |app| {
+                app.screen.as_ref().is_some_and(|s| s.surface.size() == (width, height))
+            });
+            let frame = (width as usize, height as usize);
+            live.until("drawn at its size", |app| {
+                app.screen.as_ref().is_some_and(|s| s.renderer.size() == frame)
+            });
+            live.until("traced at its size", |app| samples(app) >= 2);
+        }
+
+        live.ask(input::Request::Score);
+        live.until("scored", |app| app.viewer.message.contains("GTAO: SSIM"));
+
+        live.ask(input::Request::Replay);
+        assert_eq!(live.app.viewer.message, "nothing is recorded yet");
+        assert!(live.app.viewer.toggle_record().is_none());
+        live.until("recorded", |app| app.viewer.way.keys.len() >= 3);
+        assert!(live.app.viewer.toggle_record().is_some());
+        live.app.viewer.orbit.turn(1.0, 0.0);
+        live.ask(input::Request::Replay);
+        live.until("gone", |app| app.viewer.motion == super::super::viewer::Motion::Free);
     }
 }

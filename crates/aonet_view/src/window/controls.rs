@@ -5,6 +5,9 @@ use super::viewer::{Motion, Viewer};
 use crate::renderer::{Method, Show};
 use egui::{ComboBox, Context, Slider, Ui, Window};
 
+/// Width and height of the panel [points]: of all that is in it with a message of a few lines. A lower window scrolls.
+const SIZE: [f32; 2] = [260.0, 600.0];
+
 /// What the controls say about the frame.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Facts {
@@ -19,20 +22,19 @@ pub(super) fn show(context: &Context, viewer: &mut Viewer, facts: Facts) -> Opti
     if !viewer.controls {
         return None;
     }
-    let panel = Window::new("aonet").default_pos([12.0, 12.0]).default_width(260.0).vscroll(true);
+    let panel = Window::new("aonet").default_pos([12.0, 12.0]).default_size(SIZE).vscroll(true);
     let shown = panel.show(context, |ui| {
         methods(ui, viewer);
         ui.separator();
         numbers(ui, viewer);
         ui.separator();
         let request = buttons(ui, viewer);
-        ui.separator();
-        viewer.history.show(ui);
-        ui.label(format!("{}x{} px, reference: {} rays", facts.size.0, facts.size.1, facts.samples));
         if !viewer.message.is_empty() {
-            ui.separator();
             ui.label(&viewer.message);
         }
+        ui.separator();
+        ui.label(format!("{}x{} px, reference: {} rays", facts.size.0, facts.size.1, facts.samples));
+        viewer.history.show(ui);
         request
     });
     shown.and_then(|window| window.inner).flatten()

@@ -1,7 +1,7 @@
 //! The times of the last frames as columns.
 
 use crate::renderer::{Method, PassTime};
-use egui::{Color32, Rect, Sense, Ui, pos2, vec2};
+use egui::{Color32, Rect, RichText, Sense, Ui, pos2, vec2};
 use std::collections::VecDeque;
 
 /// Frames that are remembered.
@@ -75,9 +75,11 @@ impl History {
             }
         }
         for time in last {
-            ui.colored_label(colour(&time.label), format!("{:7.2} ms  {}", time.ms, time.label));
+            let line = RichText::new(format!("{:7.2} ms  {}", time.ms, time.label));
+            ui.label(line.monospace().color(colour(&time.label)));
         }
-        ui.label(format!("{:7.2} ms  together; {most:.1} ms at most", whole(last)));
+        let together = format!("{:7.2} ms  together, {most:.0} at most", whole(last));
+        ui.label(RichText::new(together).monospace());
     }
 }
 

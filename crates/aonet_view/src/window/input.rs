@@ -94,6 +94,15 @@ impl Mouse {
     }
 }
 
+/// Whether a button or a key is let go.
+pub(super) fn is_release(event: &WindowEvent) -> bool {
+    match event {
+        WindowEvent::MouseInput { state, .. } => *state == ElementState::Released,
+        WindowEvent::KeyboardInput { event, .. } => event.state == ElementState::Released,
+        _ => false,
+    }
+}
+
 /// Follows a key; some ask for more than the viewer can do.
 pub(super) fn key(event: &WindowEvent, viewer: &mut Viewer) -> Option<Request> {
     if let WindowEvent::Focused(false) = event {

@@ -17,9 +17,11 @@ use winit::window::Window;
 pub(super) struct Screen {
     pub(super) window: Arc<Window>,
     pub(super) surface: Surface,
-    renderer: Renderer,
+    pub(super) renderer: Renderer,
     present: Present,
     egui: egui_winit::State,
+    /// Where the mouse is, in points of the controls.
+    pointer: egui::Pos2,
     painter: egui_wgpu::Renderer,
 }
 
@@ -40,14 +42,21 @@ impl Screen {
         let (context, id) = (egui::Context::default(), egui::ViewportId::ROOT);
         let scale = Some(window.scale_factor() as f32);
         let egui = egui_winit::State::new(context, id, &window, scale, None, Some(most as usize));
-        Ok(Self { window, surface, renderer, present, egui, painter })
+        Ok(Self { window, surface, renderer, present, egui, pointer: egui::Pos2::ZERO, painter })
     }
 
     /// Gives an event to the controls; true where it was meant for them.
     pub(super) fn on(&mut self, event: &WindowEvent) -> bool {
+        if let WindowEvent::CursorMoved { position, .. } = event {
+            let scale = egui_winit::pixels_per_point(self.egui.egui_ctx(), &self.window);
+            self.pointer = egui::pos2(position.x as f32, position.y as f32) / scale;
+        }
         let wants = match event {
             WindowEvent::MouseInput { .. } | WindowEvent::MouseWheel { .. } => {
-                self.egui.egui_ctx().egui_wants_pointer_input()
+                let context = self.egui.egui_ctx();
+                // What the controls say of the mouse themselves is as old as their last frame.
+                let above = context.layer_id_at(self.pointer);
+                context.egui_is_using_pointer() || above.is_some_and(|l| l.order != egui::Order::Background)
             }
             WindowEvent::KeyboardInput { .. } => self.egui.egui_ctx().egui_wants_keyboard_input(),
             _ => false,

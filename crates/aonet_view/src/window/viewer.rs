@@ -224,6 +224,10 @@ pub(super) mod tests {
 
     /// A triangle in a window.
     pub(in super::super) fn viewer() -> Viewer {
+        Viewer::new(start())
+    }
+
+    pub(in super::super) fn start() -> Start {
         let position = vec![Vec3::ZERO, Vec3::X, Vec3::Y];
         let scene =
             Scene { position, normal: vec![Vec3::Z; 3], triangle: vec![[0, 1, 2]], ..Scene::default() };
@@ -231,7 +235,7 @@ pub(super) mod tests {
         let view = serde_json::from_slice(text).unwrap();
         let methods = [Method::Gtao, Method::Network];
         let (split, show, way) = (0.5, Show::Shaded, None);
-        Viewer::new(Start { tracer: Tracer::new(scene), view, methods, split, show, way })
+        Start { tracer: Tracer::new(scene), view, methods, split, show, way }
     }
 
     #[test]
