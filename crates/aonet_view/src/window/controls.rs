@@ -6,7 +6,7 @@ use crate::renderer::{Method, Show};
 use egui::{ComboBox, Context, Slider, Ui, Window};
 
 /// Width and height of the panel [points]: of all that is in it with a message of a few lines. A lower window scrolls.
-const SIZE: [f32; 2] = [260.0, 600.0];
+const SIZE: [f32; 2] = [290.0, 600.0];
 
 /// What the controls say about the frame.
 #[derive(Debug, Clone, Copy)]

@@ -78,7 +78,7 @@ impl History {
             let line = RichText::new(format!("{:7.2} ms  {}", time.ms, time.label));
             ui.label(line.monospace().color(colour(&time.label)));
         }
-        let together = format!("{:7.2} ms  together, {most:.0} at most", whole(last));
+        let together = format!("{:7.2} ms  together, up to {most:.0}", whole(last));
         ui.label(RichText::new(together).monospace());
     }
 }

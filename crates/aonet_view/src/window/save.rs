@@ -61,7 +61,7 @@ pub(super) fn export(renderer: &Renderer, viewer: &Viewer, of: &Frame) -> Result
 pub(super) fn way(way: &CameraPath) -> Result<String> {
     let path = free_name("json")?;
     atomic_file::write(Path::new(&path), way.to_json().as_bytes())?;
-    Ok(format!("{}: {} keys", path.display(), way.keys.len()))
+    Ok(format!("{}, keys: {}", path.display(), way.keys.len()))
 }
 
 /// SSIM and PSNR of the methods of the last frame against its reference; none until that has converged.
