@@ -136,6 +136,7 @@ mod tests {
     use super::*;
     use crate::renderer::readback;
     use crate::{Method, Show};
+    use aonet::net::gpu::Device;
     use std::time::Duration;
     use winit::event_loop::EventLoop;
     use winit::platform::pump_events::EventLoopExtPumpEvents;
@@ -148,10 +149,15 @@ mod tests {
     }
 
     impl Live {
-        /// None where there is no X server, said so.
+        /// None where there is no X server or no device, said so. Who requires a device has one.
         fn open() -> Option<Self> {
+            let required = std::env::var_os("AONET_REQUIRE_GPU").is_some_and(|v| v == "1");
             if std::env::var_os("DISPLAY").is_none() {
                 eprintln!("skipped: no display");
+                return None;
+            }
+            if let (false, Err(error)) = (required, Device::wait_for()) {
+                eprintln!("skipped: {error}");
                 return None;
             }
             let events = EventLoop::builder().with_x11().with_any_thread(true).build().unwrap();
