@@ -72,13 +72,13 @@ impl TextureArray {
 
 /// Decodes images into their layers; sentences about those that cannot be.
 fn fill(gpu: &Gpu, texture: &wgpu::Texture, images: &[Image]) -> Vec<String> {
-    let mut missing = Vec::new();
+    let (mut missing, side) = (Vec::new(), texture.width());
     for (chunk, first) in images.chunks(AT_ONCE).zip((0..).step_by(AT_ONCE)) {
-        let decoded: Vec<_> = chunk.par_iter().map(|image| decode::levels(image, texture.width())).collect();
+        let decoded: Vec<_> = chunk.par_iter().map(|image| decode::levels(image, side)).collect();
         for ((image, levels), layer) in chunk.iter().zip(decoded).zip(first..) {
             let levels = levels.unwrap_or_else(|why| {
                 missing.push(format!("{}: {why}", image.name));
-                decode::plain(texture.width())
+                decode::plain(side)
             });
             upload(gpu, texture, &levels, layer);
         }
