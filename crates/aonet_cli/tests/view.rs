@@ -100,6 +100,40 @@ mod viewer {
         );
     }
 
+    /// A triangle in the plane z = 0 with an image that is not there.
+    fn without_its_image() -> String {
+        let corners = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0f32];
+        let bytes: String =
+            corners.iter().flat_map(|c| c.to_le_bytes()).map(|b| format!("%{b:02x}")).collect();
+        format!(
+            r#"{{"asset": {{"version": "2.0"}}, "nodes": [{{"mesh": 0}}],
+            "buffers": [{{"byteLength": 60, "uri": "data:application/octet-stream,{bytes}"}}],
+            "bufferViews": [{{"buffer": 0, "byteLength": 60}}],
+            "accessors": [{{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"}},
+                {{"bufferView": 0, "byteOffset": 36, "componentType": 5126, "count": 3, "type": "VEC2"}}],
+            "images": [{{"uri": "wood.png"}}], "textures": [{{"source": 0}}],
+            "materials": [{{"pbrMetallicRoughness": {{"baseColorTexture": {{"index": 0}}}}}}],
+            "meshes": [{{"primitives": [{{"attributes": {{"POSITION": 0, "TEXCOORD_0": 1}}, "material": 0}}]}}]}}"#
+        )
+    }
+
+    #[test]
+    fn an_image_that_is_missing_is_named_and_the_scene_is_drawn() {
+        let dir = tempfile::tempdir().unwrap();
+        if !is_there(dir.path()) {
+            return;
+        }
+        std::fs::write(dir.path().join("bare.gltf"), without_its_image()).unwrap();
+        let view =
+            r#"{"eye": [0.3, 0.3, 3], "target": [0.3, 0.3, 0], "width": 8, "height": 8, "radius": 0.5}"#;
+        std::fs::write(dir.path().join("view.json"), view).unwrap();
+        let line = "view bare.gltf --view view.json --headless --size 8x8 --method off --out pictures";
+        let output = aonet(dir.path(), line).output().unwrap();
+        let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.success() && stderr.contains("wood.png"), "{stderr}");
+        picture(&dir.path().join("pictures/frame_0000.png"));
+    }
+
     #[test]
     fn what_cannot_be_is_refused_before_anything_is_written() {
         let dir = tempfile::tempdir().unwrap();
