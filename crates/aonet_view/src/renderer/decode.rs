@@ -37,13 +37,14 @@ pub(super) fn levels(image: &Image, side: u32) -> Result<Levels, String> {
     limits.max_alloc = Some(2 * MOST_DECODED_BYTES);
     reader.limits(limits);
     let decoded = reader.decode().map_err(|e| e.to_string())?.into_rgba8();
-    Ok(smaller(squared(decoded, side)))
+    let light = Light::new();
+    Ok(light.smaller(light.squared(decoded, side)))
 }
 
 /// What stands for an image that cannot be shown: the colour of what nothing is known about.
 pub(super) fn plain(side: u32) -> Levels {
     let [r, g, b] = DEFAULT_ALBEDO.map(encoded);
-    smaller(RgbaImage::from_pixel(side, side, image::Rgba([r, g, b, 255])))
+    Light::new().smaller(RgbaImage::from_pixel(side, side, image::Rgba([r, g, b, 255])))
 }
 
 fn reader(image: &Image) -> Result<ImageReader<Cursor<&[u8]>>, String> {
@@ -57,36 +58,54 @@ fn reader(image: &Image) -> Result<ImageReader<Cursor<&[u8]>>, String> {
     }
 }
 
-/// Stretched: where a texture lies does not depend on its size. In sRGB values, as other programs scale pictures.
-fn squared(image: RgbaImage, side: u32) -> RgbaImage {
-    match image.dimensions() == (side, side) {
-        true => image,
-        false => imageops::resize(&image, side, side, FilterType::Triangle),
-    }
+/// Light and its sRGB values of 8 bits, in tables: a scene has tens of millions of texels.
+struct Light {
+    of: Vec<f32>,
+    encoded: Vec<u8>,
 }
 
-/// The image and all its halves, down to one texel.
-fn smaller(largest: RgbaImage) -> Levels {
-    let linear: Vec<f32> = (0..=255).map(|v| decoded(v as f32 / 255.0)).collect();
-    let mut levels = vec![largest];
-    while let Some(last) = levels.last()
-        && last.width() > 1
-    {
-        let half = half(last, &linear);
-        levels.push(half);
-    }
-    levels
-}
+/// Steps of the table of light: the darkest values are two and a half of them apart.
+const STEPS: usize = 1 << 13;
 
-/// Means of four texels: of light, not of its sRGB values.
-fn half(image: &RgbaImage, linear: &[f32]) -> RgbaImage {
-    RgbaImage::from_fn(image.width() / 2, image.height() / 2, |x, y| {
-        let texels =
-            [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(dx, dy)| image.get_pixel(2 * x + dx, 2 * y + dy).0);
-        let mean = |c: usize| texels.iter().map(|t| linear[usize::from(t[c])]).sum::<f32>() / 4.0;
-        let [r, g, b] = [0, 1, 2].map(|c| encoded(mean(c)));
-        image::Rgba([r, g, b, 255])
-    })
+impl Light {
+    fn new() -> Self {
+        let of = (0..=255).map(|value| decoded(value as f32 / 255.0)).collect();
+        Self { of, encoded: (0..=STEPS).map(|step| encoded(step as f32 / STEPS as f32)).collect() }
+    }
+
+    /// Means of four texels: of light, not of its sRGB values. The last of an odd number of rows or columns is left out.
+    fn half(&self, image: &RgbaImage) -> RgbaImage {
+        RgbaImage::from_fn(image.width() / 2, image.height() / 2, |x, y| {
+            let texels =
+                [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(dx, dy)| image.get_pixel(2 * x + dx, 2 * y + dy).0);
+            let sum = |c: usize| texels.iter().map(|t| self.of[usize::from(t[c])]).sum::<f32>();
+            let mean = |c| self.encoded[(sum(c) * (STEPS as f32 / 4.0)).round() as usize];
+            image::Rgba([mean(0), mean(1), mean(2), 255])
+        })
+    }
+
+    /// Stretched: where a texture lies does not depend on its size. What is left between two powers of two is scaled in sRGB
+    /// values, as other programs do.
+    fn squared(&self, mut image: RgbaImage, side: u32) -> RgbaImage {
+        while image.width() >= 2 * side && image.height() >= 2 * side {
+            image = self.half(&image);
+        }
+        match image.dimensions() == (side, side) {
+            true => image,
+            false => imageops::resize(&image, side, side, FilterType::Triangle),
+        }
+    }
+
+    /// The image and all its halves, down to one texel.
+    fn smaller(&self, largest: RgbaImage) -> Levels {
+        let mut levels = vec![largest];
+        while let Some(last) = levels.last()
+            && last.width() > 1
+        {
+            levels.push(self.half(last));
+        }
+        levels
+    }
 }
 
 /// IEC 61966-2-1.
@@ -119,7 +138,19 @@ mod tests {
         assert_eq!(found.iter().map(RgbaImage::width).collect::<Vec<_>>(), [4, 2, 1]);
         assert_eq!(found[0], board);
         // Half the light of white, IEC 61966-2-1: 1.055 * 0.5^(1 / 2.4) - 0.055 = 0.7354, times 255.
-        assert!(found[1].pixels().chain(found[2].pixels()).all(|p| p.0 == [188, 188, 188, 255]), "{found:?}");
+        let is_grey = |image: &RgbaImage| image.pixels().all(|p| p.0 == [188, 188, 188, 255]);
+        assert!(is_grey(&found[1]) && is_grey(&found[2]), "{found:?}");
+        let halved = levels(&file(&board, ImageFormat::Png), 2).unwrap();
+        assert!(halved[0].dimensions() == (2, 2) && is_grey(&halved[0]), "{halved:?}");
+    }
+
+    #[test]
+    fn plain_colours_stay_as_they_are() {
+        for value in 0..=255 {
+            let plain = RgbaImage::from_pixel(4, 4, Rgba([value, 255 - value, value, 255]));
+            let found = levels(&file(&plain, ImageFormat::Png), 2).unwrap();
+            assert!(found.iter().all(|level| level.pixels().all(|p| p == plain.get_pixel(0, 0))), "{value}");
+        }
     }
 
     #[test]
