@@ -194,6 +194,11 @@ impl Renderer {
         &self.targets.picture.texture
     }
 
+    /// Whether the device times passes.
+    pub fn has_clock(&self) -> bool {
+        self.stopwatch.is_some()
+    }
+
     /// Times of the steps of the last frame whose times have come back; none where the device has no `TIMESTAMP_QUERY`.
     pub fn times(&self) -> &[PassTime] {
         self.stopwatch.as_ref().map_or(&[], Stopwatch::latest)

@@ -15,6 +15,8 @@ pub(super) struct Facts {
     pub(super) size: (usize, usize),
     /// Rays a pixel of the reference so far.
     pub(super) samples: u32,
+    /// Whether the device times passes.
+    pub(super) has_clock: bool,
 }
 
 /// Shows the controls; one of them may ask for more than the viewer can do.
@@ -34,7 +36,11 @@ pub(super) fn show(context: &Context, viewer: &mut Viewer, facts: Facts) -> Opti
         }
         ui.separator();
         ui.label(format!("{}x{} px, reference: {} rays", facts.size.0, facts.size.1, facts.samples));
-        viewer.history.show(ui);
+        if facts.has_clock {
+            viewer.history.show(ui);
+        } else {
+            ui.label("This device does not time passes.");
+        }
         request
     });
     shown.and_then(|window| window.inner).flatten()

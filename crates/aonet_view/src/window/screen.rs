@@ -91,7 +91,8 @@ impl Screen {
         }
         let clock = self.renderer.clock("presenting");
         self.present.encode_timed(&mut encoder, (self.renderer.picture(), &target), clock.as_ref());
-        let facts = Facts { size: self.renderer.size(), samples: self.renderer.samples() };
+        let (size, samples) = (self.renderer.size(), self.renderer.samples());
+        let facts = Facts { size, samples, has_clock: self.renderer.has_clock() };
         let input = self.egui.take_egui_input(&self.window);
         let mut request = None;
         let output = self.egui.egui_ctx().clone().run_pass(input, |context| {

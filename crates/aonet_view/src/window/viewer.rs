@@ -17,6 +17,9 @@ use winit::keyboard::KeyCode;
 // guess: their noise is below the differences between methods; `aonet demo` takes half of them.
 pub(super) const SCORE_SAMPLES: u32 = 256;
 
+/// Characters of a missing image's sentence that are shown.
+const MOST_CHARACTERS: usize = 300;
+
 /// Shortest time between keys of a recorded way.
 const KEY_SPACING: f32 = 0.1;
 
@@ -207,6 +210,8 @@ impl Viewer {
             0 => String::new(),
             others => format!(" (and {others} more)"),
         };
+        // Files choose the names of their images: the panel has room for a few lines.
+        let first: String = first.chars().take(MOST_CHARACTERS).collect();
         let begin = if self.message.is_empty() { "" } else { "\n" };
         self.message += &format!("{begin}not shown: {first}{others}");
     }
@@ -285,6 +290,9 @@ pub(super) mod tests {
         assert_eq!(viewer.message, "not shown: image 3: torn");
         viewer.name_missing(&["a".into(), "b".into(), "c".into()]);
         assert_eq!(viewer.message, "not shown: image 3: torn\nnot shown: a (and 2 more)");
+        viewer.message.clear();
+        viewer.name_missing(&["é".repeat(1 << 20)]);
+        assert!((100..1000).contains(&viewer.message.len()), "{}", viewer.message.len());
     }
 
     #[test]
