@@ -1,4 +1,4 @@
-// Mouse, fingers and keys that move the viewer.
+// Mouse, fingers and keys that move the viewer and the border.
 
 // Radians a height of the canvas. guess: half a turn over a screen.
 const TURN = 3;
@@ -6,19 +6,38 @@ const TURN = 3;
 const NEARER = 0.9;
 // Radians and parts of the distance a key.
 const STEP = 0.08;
+// Pixels beside the border that belong to it. guess: half a finger, and a mouse that need not aim.
+const NEAR = { touch: 16, mouse: 6 };
 
-/** Calls `move(viewer => ..)` for what hands do on a canvas. */
-export function hands(canvas, move) {
+/** Calls `move(viewer => ..)` for what hands do on a canvas; `border` has a share of its width `at()`, and `move(share)`. */
+export function hands(canvas, move, border) {
     const fingers = new Map();
+    // The finger that has the border.
+    let holder = null;
+    const share = (event) => (event.clientX - canvas.getBoundingClientRect().left) / canvas.clientWidth;
+    const near = (event) =>
+        Math.abs(share(event) - border.at()) * canvas.clientWidth < (NEAR[event.pointerType] ?? NEAR.mouse);
 
     canvas.addEventListener("pointerdown", (event) => {
         canvas.setPointerCapture(event.pointerId);
-        fingers.set(event.pointerId, event);
+        if (holder === null && fingers.size === 0 && near(event)) {
+            holder = event.pointerId;
+        } else {
+            fingers.set(event.pointerId, event);
+        }
     });
     for (const end of ["pointerup", "pointercancel"]) {
-        canvas.addEventListener(end, (event) => fingers.delete(event.pointerId));
+        canvas.addEventListener(end, (event) => {
+            fingers.delete(event.pointerId);
+            holder = holder === event.pointerId ? null : holder;
+        });
     }
     canvas.addEventListener("pointermove", (event) => {
+        canvas.style.cursor = holder !== null || (fingers.size === 0 && near(event)) ? "ew-resize" : "";
+        if (event.pointerId === holder) {
+            border.move(Math.min(Math.max(share(event), 0), 1));
+            return;
+        }
         const last = fingers.get(event.pointerId);
         if (!last) {
             return;

@@ -126,7 +126,7 @@ function show_split(viewer) {
 
 function show_radius() {
     const digits = viewer.radius() < 0.1 ? 3 : 2;
-    of("radius_text").value = `${viewer.radius().toFixed(digits)} units of the scene`;
+    of("radius_text").value = `${viewer.radius().toFixed(digits)} units`;
     of("radius").value = Math.log10(viewer.radius() / viewer.scene_radius());
 }
 
@@ -158,7 +158,13 @@ function listen() {
     };
     of("file").onchange = () => open_file(of("file").files[0]);
     of("controls").onsubmit = (event) => event.preventDefault();
-    hands(canvas, change);
+    hands(canvas, change, {
+        at: () => Number(of("split").value),
+        move(split) {
+            of("split").value = split;
+            change(show_split);
+        },
+    });
     new ResizeObserver(() => frames.want()).observe(canvas);
     for (const [name, over] of [["dragover", true], ["dragleave", false], ["drop", false]]) {
         addEventListener(name, (event) => {

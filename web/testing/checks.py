@@ -51,7 +51,7 @@ def reference(desk):
     traced = desk.set(left="reference", right="reference")
     desk.screenshot("reference")
     expect(desk.message() == "", f"the page says {desk.message()!r}")
-    expect("512 rays" in desk.page.run("document.getElementById('times').textContent"), "not all rays were traced")
+    expect("512 rays" in desk.text("times"), "not all rays were traced")
     pairs = list(zip(traced.rgba[0::4], network.rgba[0::4]))
     black = 100 * sum(a == 0 for a, _ in pairs) / len(pairs)
     apart = 10 * math.log10(255**2 * len(pairs) / max(1, sum((a - b) ** 2 for a, b in pairs)))
@@ -72,7 +72,7 @@ def slider(desk):
         same = both.columns(first, end).rgba == whole[i].columns(first, end).rgba
         expect(same, f"columns {first} to {end} are not of the method on that side")
     expect(whole[0].rgba != whole[1].rgba, "both methods draw the same")
-    names = desk.page.run("['left', 'right'].map(side => document.getElementById(`${side}_name`).textContent)")
+    names = [desk.text(f"{side}_name") for side in ("left", "right")]
     expect(names == ["no AO", "network"], f"the picture says that it shows {names}")
     desk.screenshot("slider")
     return f"column {edge} of {both.width}"
@@ -84,15 +84,15 @@ def radius(desk):
     desk.set(left="gtao", right="gtao", split=1, show="ao")
     for exponent in (-1.8, -1.2):
         means.append(sum(desk.set(radius=exponent).rgba[0::4]) / 255)
-        said.append(float(desk.page.run("document.getElementById('radius_text').value").split()[0]))
+        said.append(float(desk.text("radius_text").split()[0]))
     desk.set(show="shaded")
-    expect(abs(said[1] / said[0] / 10**0.6 - 1) < 0.05, f"the page says that radii are {said}")
+    expect(abs(said[1] - said[0] * 10**0.6) < 0.05 * said[1], f"the page says that radii are {said}")
     expect(means[1] < 0.98 * means[0], f"visibilities of {means[0]:.0f} and {means[1]:.0f} pixels")
     return f"visibility {100 * (means[1] / means[0] - 1):.0f} %"
 
 
 def hands(desk):
-    """Mouse, wheel, finger and keys move the viewer; keys go back where they came from."""
+    """Mouse, wheel, finger and keys move the viewer; keys go back where they came from. The border can be dragged, too."""
     start = desk.set(left="off", right="off")
     moves = {"mouse": desk.drag, "finger": desk.swipe, "wheel": desk.roll, "key": lambda: desk.press("ArrowLeft")}
     last = start
@@ -105,7 +105,14 @@ def hands(desk):
     desk.press("ArrowDown")
     back = picture.psnr(desk.picture(), last)
     expect(back > 40, f"up and down again is {back:.1f} dB from where it was")
-    return ", ".join(moves)
+    desk.set(split=0.5)
+    view = desk.text("view")
+    desk.drag()
+    split, expected = desk.page.run("[+split.value, 0.5 + 30 / picture.clientWidth]")
+    expect(abs(split - expected) < 0.01, f"the border is at {split} instead of {expected:.3f}")
+    expect(desk.text("view") == view, "the border moves the viewer")
+    desk.set(split=1)
+    return ", ".join([*moves, "border"])
 
 
 def files(desk):

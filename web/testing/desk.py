@@ -73,6 +73,10 @@ class Desk:
     def message(self):
         return self.page.run("(of => of.hidden ? '' : of.textContent)(document.getElementById('message'))")
 
+    def text(self, name):
+        """Of an element of the page."""
+        return self.page.run(f"document.getElementById({json.dumps(name)}).textContent")
+
     def screenshot(self, name):
         self.page.screenshot(self.out / f"{name}.png")
 
