@@ -140,7 +140,14 @@ async function open_file(file) {
     }
     try {
         const bytes = new Uint8Array(await file.arrayBuffer());
-        change((viewer) => viewer.open(file.name, bytes));
+        let missing = "";
+        change((viewer) => {
+            viewer.open(file.name, bytes);
+            missing = viewer.missing();
+        });
+        if (missing) {
+            say(`${file.name}: ${missing}`);
+        }
     } catch (error) {
         say(`${file.name}: ${error.message}`);
     }

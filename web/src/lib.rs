@@ -112,6 +112,11 @@ impl Viewer {
         self.set_radius(self.stage.radius)
     }
 
+    /// What is not shown of the scene's images, in a sentence; empty when all are.
+    pub fn missing(&self) -> String {
+        self.renderer.missing().unwrap_or_default()
+    }
+
     /// Methods left and right of the slider, by name.
     ///
     /// # Errors

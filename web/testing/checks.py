@@ -131,6 +131,10 @@ def files(desk):
     expected = [255 * (0.5 + 0.5 * n) for n in (0, math.cos(0.35), math.sin(0.35))]
     near = all(abs(a - b) < 2 for texel in set(seen) for a, b in zip(texel, expected))
     expect(seen and near, f"normals {set(seen)}, expected {expected}")
+    # Its image is none.
+    torn = SEEDS / "everything.glb"
+    desk.let_fall(torn.name, torn.read_bytes())
+    expect('not shown: image "wood"' in desk.message(), f"the page says {desk.message()!r} of {torn.name}")
     desk.set(show="shaded")
     return f"{sound.name} covers {len(seen)} pixels"
 

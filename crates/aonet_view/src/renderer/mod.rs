@@ -209,6 +209,12 @@ impl Renderer {
         &self.scene.textures.missing
     }
 
+    /// [`Renderer::missing_images`] in a sentence for a panel: the first, cut where its file calls it by a long name, and how many
+    /// others. None when all are shown.
+    pub fn missing(&self) -> Option<String> {
+        textures::sentence(self.missing_images())
+    }
+
     /// Box around the scene.
     pub fn bounds(&self) -> Bounds {
         self.scene.bounds

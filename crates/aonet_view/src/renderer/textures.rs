@@ -18,6 +18,9 @@ const MOST_SIDE: u32 = 4096;
 // guess: as many cores as most machines have. Each holds an image of any size while it lasts.
 const AT_ONCE: usize = 8;
 
+/// Characters of a sentence about an image that a panel shows: files choose the names of their images.
+const MOST_CHARACTERS: usize = 300;
+
 /// What a triangle without an image has for a [`number`].
 const NONE: u32 = u32::MAX;
 
@@ -68,6 +71,16 @@ impl TextureArray {
             Ok(Self { view, decals: buffer, missing })
         })?)
     }
+}
+
+/// What is missing, for a panel: the first and how many others.
+pub(super) fn sentence(missing: &[String]) -> Option<String> {
+    let first: String = missing.first()?.chars().take(MOST_CHARACTERS).collect();
+    let others = match missing.len() - 1 {
+        0 => String::new(),
+        others => format!(" (and {others} more)"),
+    };
+    Some(format!("not shown: {first}{others}"))
 }
 
 /// Decodes images into their layers; sentences about those that cannot be.
@@ -187,6 +200,16 @@ mod tests {
         let mut bytes = std::io::Cursor::new(Vec::new());
         RgbImage::new(width, height).write_to(&mut bytes, ImageFormat::Png).unwrap();
         Image { name: "test".into(), bytes: Ok(bytes.into_inner().into()) }
+    }
+
+    #[test]
+    fn missing_images_are_named_and_counted() {
+        assert_eq!(sentence(&[]), None);
+        assert_eq!(sentence(&["image 3: torn".into()]).unwrap(), "not shown: image 3: torn");
+        let three = ["a", "b", "c"].map(String::from);
+        assert_eq!(sentence(&three).unwrap(), "not shown: a (and 2 more)");
+        let long = sentence(&["é".repeat(1 << 20)]).unwrap();
+        assert!((100..1000).contains(&long.len()), "{}", long.len());
     }
 
     #[test]

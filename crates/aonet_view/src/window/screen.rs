@@ -36,7 +36,7 @@ impl Screen {
         let size = viewer.frame_size(surface.size(), most);
         let mut renderer = Renderer::on(device, viewer.tracer.scene(), size)?;
         renderer.set_tracer(&viewer.tracer)?;
-        viewer.name_missing(renderer.missing_images());
+        viewer.name_missing(renderer.missing());
         let present = Present::new(pair, surface.format());
         let painter = egui_wgpu::Renderer::new(&device.device, surface.format(), Default::default());
         let (context, id) = (egui::Context::default(), egui::ViewportId::ROOT);
@@ -70,7 +70,7 @@ impl Screen {
     /// When it is too large for the device; the old one is shown then.
     pub(super) fn show_scene(&mut self, viewer: &mut Viewer) -> Result<()> {
         self.renderer.set_scene(viewer.tracer.scene())?;
-        viewer.name_missing(self.renderer.missing_images());
+        viewer.name_missing(self.renderer.missing());
         self.renderer.set_tracer(&viewer.tracer)
     }
 
