@@ -54,6 +54,8 @@ mod session;
 mod shader;
 mod ssao;
 mod ssdo;
+#[cfg(all(test, target_os = "linux"))]
+mod statistics;
 #[cfg(test)]
 mod tests;
 #[cfg(test)]
