@@ -69,8 +69,8 @@ pub struct Renderer {
 }
 
 impl Renderer {
-    /// A renderer of `scene` with frames of `size` (width, height) [px]. Images of the scene are decoded: PNG and JPEG. The device needs the default limits of WebGPU; its
-    /// features `SHADER_F16` and `TIMESTAMP_QUERY` are used where it has them.
+    /// A renderer of `scene`, whose images (PNG, JPEG) are decoded, with frames of `size` (width, height) [px]. The device needs
+    /// the default limits of WebGPU; its features `SHADER_F16` and `TIMESTAMP_QUERY` are used where it has them.
     ///
     /// # Errors
     /// When a side is 0 or too large for the device, or the scene is.
