@@ -40,13 +40,15 @@ fn tables_have_trained_and_missing_rows() {
     assert_eq!(row(table1, "DeepAO")[1..6], ["not trained", "-", "-", "-", "-"]);
     assert_eq!(row(table1, "DeepAO")[6..9], ["0.9470", "24.40", "3.98"]);
     let gtao = row(table1, "GTAO, XeGTAO's High");
-    assert!(gtao[1].parse::<f64>().is_ok() && gtao[5].parse::<f64>().is_ok_and(|ms| ms > 0.0), "{gtao:?}");
+    // The best of a column is bold, and which takes least time is anybody's.
+    let number = |cell: &str| cell.trim_matches('*').parse::<f64>();
+    assert!(number(&gtao[1]).is_ok() && number(&gtao[5]).is_ok_and(|ms| ms > 0.0), "{gtao:?}");
     assert_eq!(gtao[9..], ["-", "-", "-", "-", "-"]);
     assert!(row(table1, "AO-Net (paper's network)")[1].contains(" ±"), "two seeds");
     assert!(!row(table1, "ours")[1].contains('±'), "one seed");
     assert_eq!(row(table1, "ours")[12..], ["12", "-"]);
     let constant = row(table1, "constant image 0.750");
-    assert!(constant[1].trim_matches('*').parse::<f64>().is_ok() && constant[5] == "-", "{constant:?}");
+    assert!(number(&constant[1]).is_ok() && constant[5] == "-", "{constant:?}");
     assert_eq!(row(table4, "Base+Patch+Kernel")[1..5], row(table1, "AO-Net (paper's network)")[1..5]);
     assert_eq!(row(table4, "Base (U-Net)")[1], "not trained");
     assert!(

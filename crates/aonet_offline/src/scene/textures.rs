@@ -1,5 +1,6 @@
 //! Pictures on triangles: the bytes of their files, and where they lie. Nothing here decodes them.
 
+use std::path::PathBuf;
 use std::sync::Arc;
 
 /// Images, and what triangles show of them.
@@ -16,8 +17,30 @@ pub struct Textures {
 pub struct Image {
     /// What messages call it.
     pub name: String,
-    /// The file (PNG, JPEG or any other kind), or why there is none.
-    pub bytes: Result<Arc<[u8]>, String>,
+    /// Where the file is (PNG, JPEG or any other kind), or why there is none.
+    pub file: Result<ImageFile, String>,
+}
+
+/// An image's file: only who shows images reads it.
+#[derive(Debug, Clone, PartialEq)]
+pub enum ImageFile {
+    /// Part of the scene's file.
+    Embedded(Arc<[u8]>),
+    /// Beside it.
+    Beside(PathBuf),
+}
+
+impl Image {
+    /// The bytes of the file.
+    ///
+    /// # Errors
+    /// Why there are none.
+    pub fn read(&self) -> Result<Arc<[u8]>, String> {
+        match self.file.as_ref().map_err(String::clone)? {
+            ImageFile::Embedded(bytes) => Ok(Arc::clone(bytes)),
+            ImageFile::Beside(path) => std::fs::read(path).map(Into::into).map_err(|e| e.to_string()),
+        }
+    }
 }
 
 /// A part of an image on a triangle: it multiplies the triangle's albedo.
@@ -66,7 +89,7 @@ mod tests {
 
     fn triangle(images: &[&str]) -> Scene {
         let position = vec![Vec3::ZERO, Vec3::X, Vec3::Y];
-        let image = |name: &&str| Image { name: (*name).into(), bytes: Err("none".into()) };
+        let image = |name: &&str| Image { name: (*name).into(), file: Err("none".into()) };
         let decal = Decal { image: 0, uv: [[0.0; 2], [1.0, 0.0], [0.0, 1.0]], wrap: [Wrap::Repeat; 2] };
         let decal = if images.is_empty() { vec![] } else { vec![Some(decal)] };
         let textures = Textures { image: images.iter().map(image).collect(), decal };

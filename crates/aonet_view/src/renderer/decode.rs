@@ -5,6 +5,7 @@ use aonet_offline::scene::textures::Image;
 use image::imageops::{self, FilterType};
 use image::{ImageReader, Limits, RgbaImage};
 use std::io::Cursor;
+use std::sync::Arc;
 
 /// Memory that an image may take when it is decoded: 8192 x 8192 texels of 8 bits.
 // guess: more than any texture needs that is seen in a frame.
@@ -47,9 +48,8 @@ pub(super) fn plain(side: u32) -> Levels {
     Light::new().smaller(RgbaImage::from_pixel(side, side, image::Rgba([r, g, b, 255])))
 }
 
-fn reader(image: &Image) -> Result<ImageReader<Cursor<&[u8]>>, String> {
-    let bytes = image.bytes.as_ref().map_err(String::clone)?;
-    let reader = ImageReader::new(Cursor::new(bytes.as_ref())).with_guessed_format();
+fn reader(image: &Image) -> Result<ImageReader<Cursor<Arc<[u8]>>>, String> {
+    let reader = ImageReader::new(Cursor::new(image.read()?)).with_guessed_format();
     let reader = reader.map_err(|e| e.to_string())?;
     match reader.format() {
         Some(format) if format.reading_enabled() => Ok(reader),
@@ -122,12 +122,13 @@ fn encoded(linear: f32) -> u8 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use aonet_offline::scene::textures::ImageFile;
     use image::{ImageFormat, Rgba};
 
     fn file(image: &RgbaImage, format: ImageFormat) -> Image {
         let mut bytes = Cursor::new(Vec::new());
         image::DynamicImage::from(image.clone()).into_rgb8().write_to(&mut bytes, format).unwrap();
-        Image { name: "test".into(), bytes: Ok(bytes.into_inner().into()) }
+        Image { name: "test".into(), file: Ok(ImageFile::Embedded(bytes.into_inner().into())) }
     }
 
     #[test]
@@ -173,8 +174,8 @@ mod tests {
     #[test]
     fn what_cannot_be_shown_says_why() {
         let whole = file(&RgbaImage::from_pixel(64, 64, Rgba([1, 2, 3, 255])), ImageFormat::Png);
-        let bytes = whole.bytes.unwrap();
-        let of = |bytes: &[u8]| Image { name: "test".into(), bytes: Ok(bytes.into()) };
+        let bytes = whole.read().unwrap();
+        let of = |bytes: &[u8]| Image { name: "test".into(), file: Ok(ImageFile::Embedded(bytes.into())) };
         for length in 0..bytes.len() - 12 {
             assert!(levels(&of(&bytes[..length]), 4).is_err(), "{length}");
         }
@@ -186,7 +187,7 @@ mod tests {
         for (image, named) in [
             (of(webp), "webp"),
             (of(b"\xabKTX 20\xbb\r\n\x1a\n"), "neither"),
-            (Image { name: "x".into(), bytes: Err("no such file".into()) }, "no such file"),
+            (Image { name: "x".into(), file: Err("no such file".into()) }, "no such file"),
         ] {
             let why = levels(&image, 4).unwrap_err();
             assert!(why.contains(named), "{why}");

@@ -194,12 +194,13 @@ pub(super) fn samplers(gpu: &Gpu) -> [wgpu::Sampler; 4] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use aonet_offline::scene::textures::ImageFile;
     use image::{ImageFormat, RgbImage};
 
     fn image(width: u32, height: u32) -> Image {
         let mut bytes = std::io::Cursor::new(Vec::new());
         RgbImage::new(width, height).write_to(&mut bytes, ImageFormat::Png).unwrap();
-        Image { name: "test".into(), bytes: Ok(bytes.into_inner().into()) }
+        Image { name: "test".into(), file: Ok(ImageFile::Embedded(bytes.into_inner().into())) }
     }
 
     #[test]
@@ -214,7 +215,7 @@ mod tests {
 
     #[test]
     fn layers_are_as_large_as_the_largest_image_and_the_budget() {
-        let broken = Image { name: "broken".into(), bytes: Ok([1, 2, 3].into()) };
+        let broken = Image { name: "broken".into(), file: Ok(ImageFile::Embedded([1, 2, 3].into())) };
         assert_eq!(side(&[], 8192), 1);
         assert_eq!(side(std::slice::from_ref(&broken), 8192), 1);
         assert_eq!(side(&[image(3, 5), broken, image(30, 2)], 8192), 32);

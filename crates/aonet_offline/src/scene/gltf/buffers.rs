@@ -4,7 +4,7 @@ use super::json::{Buffer, Document};
 use aonet::Error;
 use std::borrow::Cow;
 use std::collections::HashMap;
-use std::path::{Component, Path};
+use std::path::{Component, Path, PathBuf};
 
 /// The two chunks of a GLB; a `.gltf` is only JSON.
 pub(super) struct Chunks<'a> {
@@ -103,7 +103,8 @@ impl<'a> Buffers<'a> {
             return Ok(Content::Bytes(data_uri(data)?.into()));
         }
         if !self.external.contains_key(uri) {
-            self.external.insert(uri, read_beside(("buffer", uri), base_dir, u64::MAX)?);
+            let path = path_beside(("buffer", uri), base_dir)?;
+            self.external.insert(uri, std::fs::read(&path).map_err(crate::Error::io(&path))?);
         }
         Ok(Content::External(uri))
     }
@@ -123,12 +124,8 @@ impl<'a> Buffers<'a> {
     }
 }
 
-/// Reads a file of at most `most` bytes in the folder of the glTF or below it.
-pub(super) fn read_beside(
-    (kind, uri): (&str, &str),
-    base_dir: Option<&Path>,
-    most: u64,
-) -> crate::Result<Vec<u8>> {
+/// A file in the folder of the glTF or below it.
+pub(super) fn path_beside((kind, uri): (&str, &str), base_dir: Option<&Path>) -> crate::Result<PathBuf> {
     let what = || format!("glTF {kind} uri {uri:?}");
     let folder = base_dir
         .ok_or_else(|| Error::value(what(), "embedded data (there is no folder to search)", "a file"))?;
@@ -149,10 +146,7 @@ pub(super) fn read_beside(
     if !found.is_file() {
         return Err(crate::Error::file(&path, "a regular file", "something else"));
     }
-    if found.len() > most {
-        return Err(crate::Error::file(&path, format!("at most {most} bytes"), found.len()));
-    }
-    std::fs::read(&path).map_err(crate::Error::io(&path))
+    Ok(path)
 }
 
 /// The content of a data URI, without its `data:`. RFC 2397.

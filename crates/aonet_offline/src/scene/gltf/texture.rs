@@ -1,14 +1,14 @@
 //! Textures of base colours: the bytes of images, and where they lie on triangles.
 
 use super::accessor::Accessors;
-use super::buffers::{data_uri, read_beside};
+use super::buffers::{data_uri, path_beside};
 use super::json::{Document, Image as ImageJson, Primitive, Sampler, TextureInfo, TextureTransform, at};
 use super::primitive::same_length;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::scene::Scene;
-use crate::scene::textures::{Decal, Image, Wrap};
+use crate::scene::textures::{Decal, Image, ImageFile, Wrap};
 use std::collections::HashMap;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 /// Bytes that the images beside a file may have together.
 // guess: four times those of large rooms in files to download.
@@ -83,7 +83,7 @@ impl<'a> Images<'a> {
             None => {
                 let kinds: Vec<_> = json.extensions.keys().map(String::as_str).collect();
                 let why = format!("no image but of {}", kinds.join(", "));
-                Image { name: format!("texture {}", texture.index), bytes: Err(why) }
+                Image { name: format!("texture {}", texture.index), file: Err(why) }
             }
         };
         let index = self.read.len() as u32;
@@ -99,30 +99,37 @@ impl<'a> Images<'a> {
         let file = uri.filter(|uri| !uri.starts_with("data:"));
         let named = json.name.as_deref().or(file).filter(|name| !name.is_empty());
         let name = named.map_or(format!("image {index}"), |name| format!("image {name:?}"));
-        let bytes = match (json.buffer_view, uri) {
+        let file = match (json.buffer_view, uri) {
             (Some(view), _) => {
                 let bytes = self.accessors.view(view, &format!("glTF image {index}"))?;
                 match self.embedded_bytes.checked_sub(bytes.len()) {
                     Some(left) => {
                         self.embedded_bytes = left;
-                        Ok(bytes.into())
+                        Ok(ImageFile::Embedded(bytes.into()))
                     }
                     None => Err("images have more bytes together than the file".to_owned()),
                 }
             }
             (None, Some(uri)) => match uri.strip_prefix("data:") {
-                Some(data) => data_uri(data).map(Into::into).map_err(|e| e.to_string()),
-                None => self.beside(uri).map(Into::into).map_err(|e| e.to_string()),
+                Some(data) => {
+                    data_uri(data).map(|b| ImageFile::Embedded(b.into())).map_err(|e| e.to_string())
+                }
+                None => self.beside(uri).map(ImageFile::Beside).map_err(|e| e.to_string()),
             },
             (None, None) => Err("neither a uri nor a buffer view".to_owned()),
         };
-        Ok(Image { name, bytes })
+        Ok(Image { name, file })
     }
 
-    fn beside(&mut self, uri: &str) -> Result<Vec<u8>> {
-        let bytes = read_beside(("image", uri), self.base_dir, self.external_bytes)?;
-        self.external_bytes = self.external_bytes.saturating_sub(bytes.len() as u64);
-        Ok(bytes)
+    /// The path of a file for which there is room.
+    fn beside(&mut self, uri: &str) -> Result<PathBuf> {
+        let path = path_beside(("image", uri), self.base_dir)?;
+        let bytes = std::fs::metadata(&path).map_err(Error::io(&path))?.len();
+        let left = self.external_bytes.checked_sub(bytes);
+        let most = self.external_bytes;
+        self.external_bytes =
+            left.ok_or_else(|| Error::file(&path, format!("at most {most} bytes"), bytes))?;
+        Ok(path)
     }
 }
 

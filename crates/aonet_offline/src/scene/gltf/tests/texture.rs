@@ -101,10 +101,10 @@ fn images_go_on_as_their_samplers_say() {
 
 #[test]
 fn images_are_embedded_written_out_or_beside_the_file() {
-    assert_eq!(&*only_image(&file(&TRIANGLE)).bytes.unwrap(), b"wood");
+    assert_eq!(&*only_image(&file(&TRIANGLE)).read().unwrap(), b"wood");
     let mut written = file(&TRIANGLE);
     written.json["images"][0] = json!({"uri": "data:image/png;base64,d29vZA=="});
-    assert_eq!(&*only_image(&written).bytes.unwrap(), b"wood");
+    assert_eq!(&*only_image(&written).read().unwrap(), b"wood");
     let dir = tempfile::tempdir().unwrap();
     std::fs::write(dir.path().join("a tree.png"), b"tree").unwrap();
     let beside = |uri: &str| {
@@ -115,15 +115,18 @@ fn images_are_embedded_written_out_or_beside_the_file() {
         super::super::load(&path, MissingNormals::Flat).unwrap().textures.image.remove(0)
     };
     let tree = beside("a%20tree.png");
-    assert_eq!((&*tree.bytes.unwrap(), tree.name.as_str()), (&b"tree"[..], "image \"a%20tree.png\""));
+    assert_eq!((&*tree.read().unwrap(), tree.name.as_str()), (&b"tree"[..], "image \"a%20tree.png\""));
+    // Who traces the scene does not wait for its images.
+    std::fs::write(dir.path().join("a tree.png"), b"oak").unwrap();
+    assert_eq!(&*tree.read().unwrap(), b"oak");
     for (uri, why) in [("no.png", "no.png"), ("../a.png", "stays in the folder"), ("data:,%", "")] {
         let image = beside(uri);
-        assert!(image.bytes.as_ref().is_err_and(|found| found.contains(why)) || why.is_empty(), "{image:?}");
+        assert!(image.read().is_err_and(|found| found.contains(why)) || why.is_empty(), "{image:?}");
     }
     // In a file without a folder.
     let mut alone = file(&TRIANGLE);
     alone.json["images"][0] = json!({"uri": "a%20tree.png"});
-    assert!(only_image(&alone).bytes.unwrap_err().contains("no folder"));
+    assert!(only_image(&alone).read().unwrap_err().contains("no folder"));
 }
 
 #[test]
@@ -131,7 +134,7 @@ fn images_without_bytes_say_why_and_refuse_no_file() {
     let why = |change: fn(&mut Builder)| {
         let mut file = file(&TRIANGLE);
         change(&mut file);
-        only_image(&file).bytes.unwrap_err()
+        only_image(&file).read().unwrap_err()
     };
     assert!(why(|f| f.json["images"][0] = json!({})).contains("neither"));
     assert!(why(|f| f.json["images"][0] = json!({"uri": "data:nothing"})).contains("comma"));
@@ -184,6 +187,6 @@ fn images_that_lie_on_each_other_do_not_multiply_the_file() {
         file.push("nodes", json!({"mesh": mesh}));
     }
     let scene = load(&file);
-    let read = scene.textures.image.iter().filter(|image| image.bytes.is_ok()).count();
+    let read = scene.textures.image.iter().filter(|image| image.file.is_ok()).count();
     assert_eq!((scene.textures.image.len(), read), (40, 2));
 }
