@@ -1,4 +1,4 @@
-//! Pictures on triangles: the bytes of their files, and where they lie. Nothing here decodes them.
+//! Pictures on triangles: their files, and where they lie. Nothing here decodes them.
 
 use std::path::PathBuf;
 use std::sync::Arc;

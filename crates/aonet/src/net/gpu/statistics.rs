@@ -179,12 +179,12 @@ fn what_a_compiler_makes_of_the_shaders() {
                     head::shader(by, (4, KernelWeights::Linear), cells),
                 )
             });
-            let conv = (format!("convolution, 24 to 24, {precision}"), conv(24).shader(by, 2));
+            let conv = (format!("convolution, 24 outputs, {precision}"), conv(24).shader(by, 2));
             std::iter::once(conv).chain(heads)
         })
         .collect();
     let matrices = Matrices { side: 16, lanes: 32, spelt_out: false };
-    shaders.push(("convolution, 24 to 24, matrices".into(), conv(32).matrix_shader(matrices, 2)));
+    shaders.push(("convolution, 32 outputs, matrices".into(), conv(32).matrix_shader(matrices, 2)));
     for (name, shader) in &shaders {
         for checked in [true, false] {
             let (found, products) = driver.compile(shader, checked);

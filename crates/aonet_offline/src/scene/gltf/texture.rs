@@ -1,4 +1,4 @@
-//! Textures of base colours: the bytes of images, and where they lie on triangles.
+//! Textures of base colours: where images are, and where they lie on triangles.
 
 use super::accessor::Accessors;
 use super::buffers::{data_uri, path_beside};
@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
 // guess: four times those of large rooms in files to download.
 const MAX_EXTERNAL_BYTES: u64 = 1 << 30;
 
-/// The images of a document, each read once, when a triangle asks for it.
+/// The images of a document, each looked up once, when a triangle asks for it.
 pub(super) struct Images<'a> {
     document: &'a Document,
     base_dir: Option<&'a Path>,
