@@ -1,11 +1,9 @@
 //! A window's surface and the device that draws on it.
 
 use crate::{Error, Result};
-use aonet::net::gpu::{Device, wgpu};
-use std::pin::pin;
+use aonet::net::gpu::{Device, wait, wgpu};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
-use std::task::{Context, Poll, Waker};
 use winit::window::Window;
 
 /// Where frames are shown.
@@ -118,15 +116,4 @@ fn listen(device: &wgpu::Device, (lost, complaint): (&Arc<AtomicBool>, &Arc<Mute
         let mut complaint = complaint.lock().unwrap_or_else(PoisonError::into_inner);
         complaint.get_or_insert_with(|| error.to_string());
     }));
-}
-
-/// The end of a future that ends by itself.
-fn wait<T>(future: impl Future<Output = T>) -> T {
-    let mut future = pin!(future);
-    loop {
-        if let Poll::Ready(done) = future.as_mut().poll(&mut Context::from_waker(Waker::noop())) {
-            return done;
-        }
-        std::thread::yield_now();
-    }
 }

@@ -92,9 +92,9 @@ impl Device {
     }
 }
 
-/// The end of a future that ends by itself.
+/// The end of a future that ends by itself, as wgpu's do but for browsers.
 #[cfg(not(target_arch = "wasm32"))]
-fn wait<T>(future: impl Future<Output = T>) -> T {
+pub fn wait<T>(future: impl Future<Output = T>) -> T {
     let mut future = pin!(future);
     loop {
         if let Poll::Ready(done) = future.as_mut().poll(&mut Context::from_waker(Waker::noop())) {

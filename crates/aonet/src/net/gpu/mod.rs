@@ -66,6 +66,8 @@ mod view;
 pub use chain::Timestamps;
 pub use classic::ClassicSession;
 pub use cover::{cleared, cover_pipeline};
+#[cfg(not(target_arch = "wasm32"))]
+pub use device::wait;
 pub use device::{Device, scoped};
 pub use matrices::Matrices;
 #[cfg(not(target_arch = "wasm32"))]
