@@ -15,7 +15,7 @@ patches, which the others do inside their call and which takes a few millisecond
 
 Frames are rendered from procedural scenes: four to calibrate 8-bit forms, another one to measure errors, which are differences
 of visibility on its foreground from the first f32 runtime that ran (ours by way of a 16-bit image: 8e-6 are lost). A network without kernels (such as
-assets/weights/rows/base_patch.safetensors) shows what convolutions alone are worth: its table says so.
+assets/models/rows/base_patch.safetensors) shows what convolutions alone are worth: its table says so.
 """
 import argparse
 import json

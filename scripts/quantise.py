@@ -11,7 +11,7 @@ from runtimes import importable
 
 # What lies between convolutions, and convolutions.
 OPERATORS = ["Conv", "LeakyRelu", "Pad", "AveragePool", "Concat", "Resize"]
-# Beginnings of the names of what applies kernels: of aonet_offline's onnx/ops.rs and onnx/tuned.rs.
+# Beginnings of the names of what applies kernels: of aonet_lab's onnx/ops.rs and onnx/tuned.rs.
 TAIL = ("normal", "kernel", "weighed", "softmax", "component", "head/")
 
 

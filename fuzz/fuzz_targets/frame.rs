@@ -1,7 +1,7 @@
 //! Frame files.
 #![no_main]
 
-use aonet_offline::frame::{Frame, FrameHints};
+use aonet_lab::frame::{Frame, FrameHints};
 
 libfuzzer_sys::fuzz_target!(
     init: {

@@ -2,7 +2,7 @@
 //! parser, where damage at random rarely does.
 #![no_main]
 
-use aonet_offline::scene::{MissingNormals, gltf};
+use aonet_scene::scene::{MissingNormals, gltf};
 use serde_json::{Value, json};
 
 const SEED: &[u8] = include_bytes!("../seeds/gltf/everything.glb");

@@ -1,7 +1,7 @@
 //! Dataset manifests.
 #![no_main]
 
-use aonet_offline::dataset::Manifest;
+use aonet_lab::dataset::Manifest;
 use std::path::Path;
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {

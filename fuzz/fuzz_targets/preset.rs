@@ -1,7 +1,7 @@
 //! Presets of classic methods.
 #![no_main]
 
-use aonet_offline::preset::Preset;
+use aonet_lab::preset::Preset;
 use std::path::Path;
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {

@@ -1,7 +1,7 @@
 //! Views, and the cameras they make.
 #![no_main]
 
-use aonet_offline::View;
+use aonet_scene::View;
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
     let Ok(view) = serde_json::from_slice::<View>(bytes) else { return };

@@ -1,6 +1,6 @@
 //! A canvas as a target of pictures.
 
-use aonet::net::gpu::{Device, wgpu};
+use aonet::gpu::{Device, wgpu};
 use aonet_view::renderer::Present;
 use aonet_view::{Error, Result};
 use wgpu::CurrentSurfaceTexture as Next;

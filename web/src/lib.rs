@@ -6,10 +6,10 @@ mod stage;
 mod trouble;
 
 use aonet::AoParams;
-use aonet::net::gpu::Device;
-use aonet_offline::Scene;
-use aonet_offline::scene::{MissingNormals, colours, gltf, procedural};
-use aonet_offline::trace::Tracer;
+use aonet::gpu::Device;
+use aonet_scene::Scene;
+use aonet_scene::scene::{MissingNormals, colours, gltf, procedural};
+use aonet_scene::trace::Tracer;
 use aonet_view::renderer::{Frame, Method, Renderer, Show};
 use canvas::Canvas;
 use stage::Stage;

@@ -1,8 +1,8 @@
 //! Where the viewer stands and how far it sees.
 
 use aonet::{Camera, Result};
-use aonet_offline::View;
-use aonet_offline::scene::Bounds;
+use aonet_scene::View;
+use aonet_scene::scene::Bounds;
 use aonet_view::renderer::Orbit;
 
 /// A camera that hands can move, and lengths that suit the scene [world units].

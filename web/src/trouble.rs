@@ -1,6 +1,6 @@
 //! What the device tells later, as promises of the page.
 
-use aonet::net::gpu::wgpu;
+use aonet::gpu::wgpu;
 use futures_channel::{mpsc, oneshot};
 use futures_util::StreamExt;
 use futures_util::lock::Mutex;

@@ -3,18 +3,19 @@
 //!
 //! This crate is what ships inside a program: it knows no scene, no file path, no clock.
 
-pub mod ao_image;
-pub mod camera;
-pub mod classic;
 pub mod error;
-pub mod gbuffer;
+pub mod frame;
+#[cfg(feature = "gpu")]
+pub mod gpu;
 pub mod metrics;
 pub mod net;
+pub mod search;
+pub mod simd;
 
-pub use ao_image::{AoImage, AoParams};
-pub use camera::{Camera, Projection};
 pub use error::{Error, Result};
-pub use gbuffer::GBuffer;
+pub use frame::ao_image::{AoImage, AoParams};
+pub use frame::camera::{Camera, Projection};
+pub use frame::gbuffer::GBuffer;
 
 /// The README's program compiles.
 #[cfg(doctest)]

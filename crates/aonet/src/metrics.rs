@@ -10,6 +10,9 @@ use crate::error::{Error, Result};
 use rayon::prelude::*;
 use serde::Serialize;
 
+/// Difference of visibility that [`error`] shows in full colour.
+pub const ERROR_SCALE: f32 = 0.25;
+
 const C1: f64 = 0.01 * 0.01;
 const C2: f64 = 0.03 * 0.03;
 

@@ -4,8 +4,9 @@ mod common;
 #[path = "common/device.rs"]
 mod device;
 
-use aonet::classic::Classic;
-use aonet::net::gpu::{ClassicSession, Device, Offscreen, Textures};
+use aonet::gpu::{Device, Offscreen, Textures};
+use aonet::search::Classic;
+use aonet::search::gpu::ClassicSession;
 use aonet::{AoImage, GBuffer, Projection};
 use common::{frame, max_error, mean_error, params, spread, waves, waves_through};
 use device::{Inputs, OPTIONS, device, inputs, read, target};

@@ -4,10 +4,11 @@ mod common;
 #[path = "common/device.rs"]
 mod device;
 
-use aonet::net::gpu::wgpu::TextureFormat as Format;
-use aonet::net::gpu::{
-    DepthEncoding, Device, Frame, NormalEncoding, NormalSpace, Options, Precision, Session, Textures, wgpu,
+use aonet::gpu::wgpu::TextureFormat as Format;
+use aonet::gpu::{
+    DepthEncoding, Device, Frame, NormalEncoding, NormalSpace, Options, Precision, Textures, wgpu,
 };
+use aonet::net::gpu::Session;
 use aonet::net::{Features, KernelWeights, Model, naive};
 use aonet::{Camera, GBuffer, Projection};
 use common::{assert_close, frame, model, params, small};

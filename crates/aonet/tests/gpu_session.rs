@@ -4,7 +4,8 @@ mod common;
 #[path = "common/device.rs"]
 mod device;
 
-use aonet::net::gpu::{Device, Kernels, Offscreen, Options, Precision, Session, Textures, wgpu};
+use aonet::gpu::{Device, Kernels, Offscreen, Options, Precision, Textures, wgpu};
+use aonet::net::gpu::Session;
 use aonet::net::{Features, KernelWeights, Model, ModelConfig, Skips, cpu, naive, shipped};
 use aonet::{AoImage, GBuffer};
 use common::{assert_close, frame, max_error, mean_error, model, params, small, spread, waves};

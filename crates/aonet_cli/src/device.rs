@@ -2,7 +2,7 @@
 
 use anyhow::{Result, bail};
 use aonet::net::cpu;
-use aonet_offline::backend::Backend;
+use aonet_scene::backend::Backend;
 use clap::ValueEnum;
 
 /// Where to compute.
@@ -73,10 +73,10 @@ impl Precision {
     /// # Errors
     /// When they have no such numbers.
     #[cfg(feature = "gpu")]
-    pub(crate) fn gpu(self) -> Result<aonet::net::gpu::Precision> {
+    pub(crate) fn gpu(self) -> Result<aonet::gpu::Precision> {
         Ok(match self {
-            Self::F32 => aonet::net::gpu::Precision::F32,
-            Self::F16 => aonet::net::gpu::Precision::F16,
+            Self::F32 => aonet::gpu::Precision::F32,
+            Self::F16 => aonet::gpu::Precision::F16,
             Self::Bf16 | Self::Int8 => {
                 bail!("--precision bf16 and int8 need --device cpu; a GPU has f32 and f16")
             }
@@ -86,9 +86,9 @@ impl Precision {
 
 /// The fastest graphics processor.
 #[cfg(feature = "gpu")]
-pub(crate) fn gpu() -> Result<aonet::net::gpu::Device> {
+pub(crate) fn gpu() -> Result<aonet::gpu::Device> {
     use anyhow::Context;
-    aonet::net::gpu::Device::wait_for().context(
+    aonet::gpu::Device::wait_for().context(
         "--device gpu needs a Vulkan, Metal or Direct3D 12 driver, such as Debian's mesa-vulkan-drivers, which computes on \
          the CPU where there is no GPU; --device cpu needs none",
     )
@@ -96,7 +96,7 @@ pub(crate) fn gpu() -> Result<aonet::net::gpu::Device> {
 
 /// Says on stderr which device computes, and with which numbers.
 #[cfg(feature = "gpu")]
-pub(crate) fn announce(device: &aonet::net::gpu::Device, precision: aonet::net::gpu::Precision) {
+pub(crate) fn announce(device: &aonet::gpu::Device, precision: aonet::gpu::Precision) {
     crate::output::note(&format!("{}, {precision}", device.adapter.name));
 }
 

@@ -1,6 +1,6 @@
 //! What goes to stdout, and notes and progress bars on stderr.
 
-pub(crate) use aonet_offline::table::{Style, number, table};
+pub(crate) use aonet_lab::table::{Style, number, table};
 
 use anyhow::{Context, Result};
 use indicatif::{ProgressBar, ProgressStyle};

@@ -2,21 +2,21 @@
 
 use crate::output;
 use anyhow::{Context, Result, bail};
-use aonet::classic::Classic;
 use aonet::net::{Graph, Model, ModelConfig, TrainingFacts, Weights, shipped};
+use aonet::search::Classic;
 use aonet::{AoImage, AoParams};
-use aonet_offline::backend::Rays;
-use aonet_offline::dataset::{SceneSpec, SceneSplit, propose_view};
-use aonet_offline::gbuffer::Surface;
-use aonet_offline::preset::Preset;
-use aonet_offline::reference::Sampling;
-use aonet_offline::scene::MissingNormals;
-use aonet_offline::scene::ground::add_ground;
-use aonet_offline::scene::procedural;
-use aonet_offline::scene::source::SceneSource;
-use aonet_offline::timing;
-use aonet_offline::trace::Tracer;
-use aonet_offline::{Error, View};
+use aonet_lab::preset::Preset;
+use aonet_lab::timing;
+use aonet_scene::backend::Rays;
+use aonet_scene::gbuffer::Surface;
+use aonet_scene::reference::Sampling;
+use aonet_scene::scene::MissingNormals;
+use aonet_scene::scene::ground::add_ground;
+use aonet_scene::scene::procedural;
+use aonet_scene::scene::source::SceneSource;
+use aonet_scene::staging::{SceneSpec, SceneSplit, propose_view};
+use aonet_scene::trace::Tracer;
+use aonet_scene::{Error, View};
 use std::path::{Path, PathBuf};
 
 /// A scene and a view of it, with overrides.

@@ -2,8 +2,8 @@
 //! fails.
 
 use aonet::AoImage;
-use aonet::net::gpu::Device;
-use aonet_offline::ao_file::load_ao;
+use aonet::gpu::Device;
+use aonet_lab::ao_file::load_ao;
 use std::path::Path;
 use std::process::{Command, Output};
 
@@ -73,7 +73,7 @@ fn both_devices_write_the_same_picture() {
     }
     let desk = desk();
     let dir = desk.path();
-    let paper = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets/weights/paper.safetensors");
+    let paper = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../crates/aonet/models/paper.safetensors");
     for (network, precision, most) in MOST {
         let model = if network == "paper" { format!("--model {}", paper.display()) } else { String::new() };
         let infer = |flags: &str| {
@@ -143,7 +143,7 @@ fn times_are_those_of_passes_or_none() {
         assert_eq!(output.status.code(), Some(0), "{}", status(&output).1);
         serde_json::from_slice(&output.stdout).unwrap()
     };
-    let paper = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets/weights/paper.safetensors");
+    let paper = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../crates/aonet/models/paper.safetensors");
     let found = bench(&format!(
         "--software --kernels plain --model {} --classic gtao --classic nnao",
         paper.display()

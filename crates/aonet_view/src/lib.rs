@@ -6,5 +6,5 @@ pub mod renderer;
 #[cfg(feature = "window")]
 pub mod window;
 
-pub use aonet_offline::{Error, Result};
+pub use aonet_scene::{Error, Result};
 pub use renderer::{Frame, Method, Renderer, Show};

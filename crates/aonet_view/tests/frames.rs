@@ -2,11 +2,11 @@
 
 mod common;
 
-use aonet::net::gpu::{Device, wgpu};
+use aonet::gpu::{Device, wgpu};
 use aonet::net::{Model, cpu, shipped};
 use aonet::{AoImage, AoParams};
-use aonet_offline::reference::{Sampling, reference_ao};
-use aonet_offline::scene::procedural::Kind;
+use aonet_scene::reference::{Sampling, reference_ao};
+use aonet_scene::scene::procedural::Kind;
 use aonet_view::renderer::{Present, readback};
 use aonet_view::{Frame, Method, Show};
 use common::{demo, device, draw, frame, proposed, renderer};
@@ -81,7 +81,7 @@ fn tiny_and_changing_sizes() {
     renderer.set_tracer(&tracer).unwrap();
     for (width, height) in [(5, 3), (1, 1), (2, 1), (1, 7), (33, 17), (96, 54)] {
         renderer.resize((width, height)).unwrap();
-        let view = aonet_offline::View { width, height, ..view.clone() };
+        let view = aonet_scene::View { width, height, ..view.clone() };
         // The last pair is at work when the size changes.
         let alone = Method::ALL.map(|method| [method, Method::Off]);
         for methods in alone.into_iter().chain([[Method::Network, Method::Gtao]]) {
@@ -91,7 +91,7 @@ fn tiny_and_changing_sizes() {
     }
     let again = readback::picture(&renderer).unwrap();
     let mut fresh = common::renderer(&device, tracer.scene(), (96, 54));
-    let view = aonet_offline::View { width: 96, height: 54, ..view };
+    let view = aonet_scene::View { width: 96, height: 54, ..view };
     draw(&device, &mut fresh, &Frame { methods: [Method::Network; 2], ..frame(&view) });
     draw(&device, &mut renderer, &Frame { methods: [Method::Network; 2], ..frame(&view) });
     assert_eq!(readback::picture(&renderer).unwrap(), readback::picture(&fresh).unwrap());
@@ -150,7 +150,7 @@ fn the_reference_converges_while_nothing_moves_and_starts_over_when_something_do
     let frame = Frame { methods: [Method::Reference; 2], samples: 64, ..frame(&view) };
     (0..4).for_each(|_| draw(&device, &mut renderer, &frame));
     assert_eq!(renderer.samples(), 256);
-    let surface = aonet_offline::gbuffer::render(&tracer, &view).unwrap();
+    let surface = aonet_scene::gbuffer::render(&tracer, &view).unwrap();
     let sampling = Sampling { spp: 256, seed: 0 };
     let expected = reference_ao(&tracer, &surface, frame.params, sampling, &|_| ()).unwrap();
     let found = readback::visibility(&renderer, Method::Reference).unwrap();
@@ -164,7 +164,7 @@ fn the_reference_converges_while_nothing_moves_and_starts_over_when_something_do
     let sum = |image: &AoImage| image.visibility().iter().sum::<f32>();
     assert!(sum(&darker) < 0.99 * sum(&found), "{} {}", sum(&darker), sum(&found));
     renderer.resize((32, 20)).unwrap();
-    let view = aonet_offline::View { width: 32, height: 20, ..view };
+    let view = aonet_scene::View { width: 32, height: 20, ..view };
     draw(&device, &mut renderer, &Frame { methods: frame.methods, samples: 1, ..common::frame(&view) });
     assert_eq!(renderer.samples(), 1);
 }

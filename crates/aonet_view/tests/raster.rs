@@ -3,11 +3,11 @@
 mod common;
 
 use aonet::GBuffer;
-use aonet::net::gpu::Device;
-use aonet_offline::gbuffer::{self, Surface};
-use aonet_offline::scene::procedural::Kind;
-use aonet_offline::trace::Tracer;
-use aonet_offline::{Scene, View};
+use aonet::gpu::Device;
+use aonet_scene::gbuffer::{self, Surface};
+use aonet_scene::scene::procedural::Kind;
+use aonet_scene::trace::Tracer;
+use aonet_scene::{Scene, View};
 use aonet_view::renderer::readback::{self, Drawn};
 use aonet_view::{Frame, Method};
 use common::{device, draw, frame, proposed, renderer};

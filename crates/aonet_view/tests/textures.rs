@@ -2,9 +2,9 @@
 
 mod common;
 
-use aonet::net::gpu::Device;
-use aonet_offline::scene::{DEFAULT_ALBEDO, MissingNormals, gltf};
-use aonet_offline::{Scene, View};
+use aonet::gpu::Device;
+use aonet_scene::scene::{DEFAULT_ALBEDO, MissingNormals, gltf};
+use aonet_scene::{Scene, View};
 use aonet_view::renderer::readback;
 use aonet_view::{Frame, Method, Renderer};
 use common::{device, draw, frame, renderer};

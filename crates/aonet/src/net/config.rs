@@ -39,7 +39,7 @@ pub enum Channel {
     DepthNormalized,
     /// (log2(AO radius in pixels) - 5) / 4; the background is infinitely far.
     ProjectedRadius,
-    /// 1 minus the visibility that `agtao:tuned` finds ([`AgtaoParams`](crate::classic::AgtaoParams), 36 taps a pixel); 0 on the
+    /// 1 minus the visibility that `agtao:tuned` finds ([`AgtaoParams`](crate::search::AgtaoParams), 36 taps a pixel); 0 on the
     /// background.
     HorizonOcclusion,
 }

@@ -1,11 +1,11 @@
 //! Input channels of the network from a G-buffer. AO-Net §3.1.
 
-use crate::ao_image::AoParams;
-use crate::camera::Projection;
-use crate::classic;
-use crate::gbuffer::GBuffer;
+use crate::frame::ao_image::AoParams;
+use crate::frame::camera::Projection;
+use crate::frame::gbuffer::GBuffer;
 use crate::net::config::{Channel, Features};
-use crate::net::cpu::{Isa, Level};
+use crate::search;
+use crate::simd::{Isa, Level};
 use std::borrow::Cow;
 
 /// Range of the projected radius that the network tells apart, log2 [px]: 1/16 px to 65536 px.
@@ -123,8 +123,8 @@ pub fn horizon_visibility(gbuffer: &GBuffer, params: AoParams) -> Vec<f32> {
     let isa = Isa::new(Level::best()).expect("the best level of this machine");
     let pixels = gbuffer.depth().len();
     let (mut found, mut filtered) = (vec![0.0; pixels], vec![0.0; pixels]);
-    classic::horizon_rows(isa, (gbuffer, params), (0, &mut found));
-    classic::filtered_rows(isa, (gbuffer, params), &found, (0, &mut filtered));
+    search::horizon_rows(isa, (gbuffer, params), (0, &mut found));
+    search::filtered_rows(isa, (gbuffer, params), &found, (0, &mut filtered));
     filtered
 }
 

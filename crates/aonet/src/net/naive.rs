@@ -1,8 +1,8 @@
 //! The oracle: the network as plain loops. Slow, obvious, and what every other backend is compared with.
 
-use crate::ao_image::{AoImage, AoParams};
 use crate::error::Result;
-use crate::gbuffer::GBuffer;
+use crate::frame::ao_image::{AoImage, AoParams};
+use crate::frame::gbuffer::GBuffer;
 use crate::net::config::KernelWeights;
 use crate::net::features::{repeat_edge, write_features};
 use crate::net::graph::{Activation, FIRST_TAP, GUIDE_CHANNELS, LEAKY_SLOPE, Op, TAPS, WINDOW};

@@ -6,8 +6,8 @@
 //! * the 1x1 head, kernel prediction and patch merging into one step ([`Step::Head`]): the kernels, 48 values a
 //!   pixel, never exist in memory.
 
-use crate::camera::check_size;
 use crate::error::{Error, Result};
+use crate::frame::camera::check_size;
 use crate::net::config::KernelWeights;
 use crate::net::graph::{Activation, Graph, Op, ValueId};
 

@@ -1,10 +1,10 @@
 //! The trained networks that come with the crate, as bytes for [`Model::from_bytes`](super::Model::from_bytes).
 
 /// Normals, projected radius and a horizon search, which it corrects: any AO radius, any unit. The better one; use this.
-pub const ANY_RADIUS: &[u8] = include_bytes!("../../weights/any_radius.safetensors");
+pub const ANY_RADIUS: &[u8] = include_bytes!("../../models/any_radius.safetensors");
 
 /// Normals only, as in the paper: knows the one radius that it was trained with, relative to the scene.
-pub const PAPER: &[u8] = include_bytes!("../../weights/paper.safetensors");
+pub const PAPER: &[u8] = include_bytes!("../../models/paper.safetensors");
 
 #[cfg(test)]
 mod tests {

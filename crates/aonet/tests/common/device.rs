@@ -2,7 +2,7 @@
 //! `AONET_REQUIRE_GPU=1` it fails.
 #![allow(dead_code, reason = "each test program uses some of it")]
 
-use aonet::net::gpu::{
+use aonet::gpu::{
     DepthEncoding, Device, Frame, Kernels, NormalEncoding, NormalSpace, Options, Precision, wgpu,
 };
 use aonet::{AoImage, AoParams, GBuffer};

@@ -9,8 +9,9 @@ mod table;
 use crate::device::{Device, Precision};
 use crate::{output, setup};
 use anyhow::Result;
-use aonet::net::cpu::{self, Level, Options};
-use aonet_offline::timing;
+use aonet::net::cpu::{self, Options};
+use aonet::simd::Level;
+use aonet_lab::timing;
 use clap::Parser;
 use std::path::PathBuf;
 
@@ -80,7 +81,7 @@ pub(crate) fn parse_size(text: &str) -> Result<(usize, usize)> {
     let (width, height) =
         text.split_once('x').ok_or_else(|| anyhow::anyhow!("expected WxH, such as 1280x720"))?;
     let size = (width.parse()?, height.parse()?);
-    aonet::camera::check_size("--size", size.0, size.1)?;
+    aonet::frame::camera::check_size("--size", size.0, size.1)?;
     Ok(size)
 }
 

@@ -3,8 +3,9 @@
 use crate::{output, setup};
 use anyhow::Result;
 use aonet::net::model::Precision;
-use aonet_offline::dataset::Manifest;
-use aonet_offline::{atomic_file, calibrate};
+use aonet_lab::calibrate;
+use aonet_lab::dataset::Manifest;
+use aonet_scene::atomic_file;
 use clap::Parser;
 use indicatif::ProgressBar;
 use std::path::PathBuf;

@@ -8,7 +8,7 @@ mod sheet;
 use crate::device::Device;
 use crate::output;
 use anyhow::Result;
-use aonet_offline::dataset::{self, Manifest, Shard};
+use aonet_lab::dataset::{self, Manifest, Shard};
 use clap::{Parser, Subcommand};
 use std::path::PathBuf;
 

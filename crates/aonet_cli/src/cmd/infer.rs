@@ -6,7 +6,7 @@ use crate::setup;
 use anyhow::Result;
 use aonet::net::{Model, cpu};
 use aonet::{AoImage, AoParams, GBuffer};
-use aonet_offline::frame::Frame;
+use aonet_lab::frame::Frame;
 use clap::Parser;
 use std::path::PathBuf;
 use std::time::Instant;
@@ -71,7 +71,7 @@ fn on_gpu(
     model: &Model,
     (gbuffer, params): (&GBuffer, AoParams),
 ) -> Result<Timed> {
-    use aonet::net::gpu;
+    use aonet::gpu;
     let precision = precision.map_or(Ok(gpu::Precision::F16), Precision::gpu)?;
     let device = crate::device::gpu()?;
     let (width, height) = (gbuffer.width(), gbuffer.height());

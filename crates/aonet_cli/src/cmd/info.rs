@@ -3,12 +3,12 @@
 use crate::{output, setup};
 use anyhow::Result;
 use aonet::AoImage;
-use aonet_offline::ao_file::load_ao;
-use aonet_offline::dataset::{Manifest, Split};
-use aonet_offline::frame::{Frame, FrameHints};
-use aonet_offline::scene::MissingNormals;
-use aonet_offline::scene::source::SceneSource;
-use aonet_offline::{Error, View};
+use aonet_lab::ao_file::load_ao;
+use aonet_lab::dataset::{Manifest, Split};
+use aonet_lab::frame::{Frame, FrameHints};
+use aonet_scene::scene::MissingNormals;
+use aonet_scene::scene::source::SceneSource;
+use aonet_scene::{Error, View};
 use clap::Parser;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};

@@ -2,16 +2,16 @@
 
 use crate::{output, setup};
 use anyhow::{Context, Result};
-use aonet_offline::atomic_file;
-use aonet_offline::dataset::Manifest;
-use aonet_offline::paper::{self, Content, Item, Models, Section, Subject};
+use aonet_lab::dataset::Manifest;
+use aonet_lab::paper::{self, Content, Item, Models, Section, Subject};
+use aonet_scene::atomic_file;
 use clap::{Parser, ValueEnum};
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
 /// Where rows are when nobody says so.
-const WEIGHTS: &str = "assets/weights/rows";
+const WEIGHTS: &str = "assets/models/rows";
 
 /// Make the paper's tables and figures from trained networks and test frames.
 ///
@@ -31,7 +31,7 @@ pub(crate) struct Args {
     /// Dataset folder or manifest whose frames of the split `test` are used.
     #[arg(long, value_name = "DATASET")]
     test: Option<PathBuf>,
-    /// Folder of networks [default: assets/weights/rows, if it exists].
+    /// Folder of networks [default: assets/models/rows, if it exists].
     #[arg(long, value_name = "DIR")]
     weights: Option<PathBuf>,
     /// Folder for the results.

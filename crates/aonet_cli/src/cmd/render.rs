@@ -3,8 +3,9 @@
 use crate::output;
 use crate::setup::SceneArgs;
 use anyhow::Result;
-use aonet_offline::frame::Frame;
-use aonet_offline::{gbuffer, picture};
+use aonet_lab::frame::Frame;
+use aonet_lab::picture;
+use aonet_scene::gbuffer;
 use clap::Parser;
 use serde_json::json;
 use std::path::PathBuf;

@@ -3,14 +3,14 @@
 use crate::output::{self, Style, number, table};
 use crate::setup;
 use anyhow::{Context, Result};
-use aonet::classic::Classic;
-use aonet_offline::atomic_file;
-use aonet_offline::dataset::{Manifest, Split};
-use aonet_offline::eval::phenomena::RadiusClass;
-use aonet_offline::eval::{Contestant, Method, Table, evaluate};
-use aonet_offline::nnao::{self, Training};
-use aonet_offline::preset::Preset;
-use aonet_offline::tune::{Search, tune};
+use aonet::search::Classic;
+use aonet_lab::dataset::{Manifest, Split};
+use aonet_lab::eval::phenomena::RadiusClass;
+use aonet_lab::eval::{Contestant, Method, Table, evaluate};
+use aonet_lab::nnao::{self, Training};
+use aonet_lab::preset::Preset;
+use aonet_lab::tune::{Search, tune};
+use aonet_scene::atomic_file;
 use clap::Parser;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
@@ -128,7 +128,7 @@ fn validate(
 
 fn report(
     args: &Args,
-    (before, tuned): (&Classic, &aonet_offline::tune::Tuned),
+    (before, tuned): (&Classic, &aonet_lab::tune::Tuned),
     validation: Option<&Table>,
 ) -> Result<()> {
     if args.json {

@@ -7,7 +7,7 @@ mod stage;
 
 use anyhow::Result;
 #[cfg(feature = "viewer")]
-use aonet_offline::scene::source::SceneSource;
+use aonet_scene::scene::source::SceneSource;
 use clap::Parser;
 #[cfg(feature = "viewer")]
 use std::path::PathBuf;

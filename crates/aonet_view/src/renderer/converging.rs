@@ -6,9 +6,9 @@ use super::method::Method;
 use super::stopwatch::Stopwatch;
 use super::targets::{self, Target, Targets};
 use crate::Result;
-use aonet::net::gpu::{self as net, DepthEncoding, wgpu};
-use aonet_offline::gpu::{Options, Reference, SceneBuffers, Textures, View};
-use aonet_offline::trace::Tracer;
+use aonet::gpu::{self as net, DepthEncoding, wgpu};
+use aonet_scene::gpu::{Options, Reference, SceneBuffers, Textures, View};
+use aonet_scene::trace::Tracer;
 
 /// Rays a pixel after which it has converged: a step of an image of 8 bits is larger than what is left.
 // A share of n rays strays by 1 / (2 sqrt n) at most.

@@ -1,7 +1,7 @@
 //! Images from their files, as square textures with all their levels.
 
-use aonet_offline::scene::DEFAULT_ALBEDO;
-use aonet_offline::scene::textures::Image;
+use aonet_scene::scene::DEFAULT_ALBEDO;
+use aonet_scene::scene::textures::Image;
 use image::imageops::{self, FilterType};
 use image::{ImageReader, Limits, RgbaImage};
 use std::io::Cursor;
@@ -122,7 +122,7 @@ fn encoded(linear: f32) -> u8 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use aonet_offline::scene::textures::ImageFile;
+    use aonet_scene::scene::textures::ImageFile;
     use image::{ImageFormat, Rgba};
 
     fn file(image: &RgbaImage, format: ImageFormat) -> Image {

@@ -1,7 +1,7 @@
 //! A device, and what every pass makes on it.
 
 use super::stopwatch::PassClock;
-use aonet::net::gpu::{cleared, cover_pipeline, wgpu};
+use aonet::gpu::{cleared, cover_pipeline, wgpu};
 
 /// A device and its queue.
 #[derive(Debug, Clone)]

@@ -17,7 +17,7 @@ pub enum Show {
     /// View-space shading normals as n/2 + 1/2.
     Normals,
     /// The method minus the ray-traced reference: white where they agree, blue where the method is too dark, red where it
-    /// is too bright, full colour at [`aonet_offline::picture::ERROR_SCALE`].
+    /// is too bright, full colour at [`aonet::metrics::ERROR_SCALE`].
     Error,
 }
 

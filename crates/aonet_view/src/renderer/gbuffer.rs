@@ -1,4 +1,4 @@
-//! The G-buffer pass: rasterisation with reversed depth. CPU twin: `aonet_offline::gbuffer`.
+//! The G-buffer pass: rasterisation with reversed depth. CPU twin: `aonet_scene::gbuffer`.
 
 use super::device::{Gpu, UNIFORM, bytes};
 use super::frame::Frame;
@@ -7,8 +7,8 @@ use super::stopwatch::{PassClock, Stopwatch};
 use super::targets::{self, Targets};
 use super::textures;
 use aonet::Projection;
-use aonet::net::gpu::{cleared, wgpu};
-use aonet_offline::scene::Bounds;
+use aonet::gpu::{cleared, wgpu};
+use aonet_scene::scene::Bounds;
 use glam::{Mat4, Vec3, Vec3A};
 
 /// Bytes of the struct `Camera` of `gbuffer.wgsl`.

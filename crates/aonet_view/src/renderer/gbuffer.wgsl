@@ -1,4 +1,4 @@
-// What is seen through every pixel: as the rays of aonet_offline::gbuffer find it, from triangles drawn with depth reversed.
+// What is seen through every pixel: as the rays of aonet_scene::gbuffer find it, from triangles drawn with depth reversed.
 
 struct Camera {
     view_from_world: mat4x4<f32>,

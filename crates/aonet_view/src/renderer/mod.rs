@@ -1,8 +1,8 @@
 //! A frame: rasterise the G-buffer, compute visibility by up to two methods, light, tone map, put on the screen.
 //!
 //! ```no_run
-//! use aonet::net::gpu::Device;
-//! use aonet_offline::scene::procedural;
+//! use aonet::gpu::Device;
+//! use aonet_scene::scene::procedural;
 //! use aonet_view::renderer::{Frame, Renderer, readback};
 //!
 //! let device = Device::wait_for()?;
@@ -44,10 +44,10 @@ pub use present::Present;
 pub use stopwatch::{PassClock, PassTime};
 
 use crate::Result;
-use aonet::net::gpu::{Device, Kernels, scoped, wgpu};
-use aonet_offline::Scene;
-use aonet_offline::scene::Bounds;
-use aonet_offline::trace::Tracer;
+use aonet::gpu::{Device, Kernels, scoped, wgpu};
+use aonet_scene::Scene;
+use aonet_scene::scene::Bounds;
+use aonet_scene::trace::Tracer;
 use device::Gpu;
 use gbuffer::GbufferPass;
 use occlusion::Occlusion;

@@ -7,10 +7,12 @@ use super::method::Method;
 use super::stopwatch::Stopwatch;
 use super::targets::{self, Target, Targets};
 use crate::{Error, Result};
-use aonet::classic::Classic;
-use aonet::net::gpu::{self, ClassicSession, DepthEncoding, Kernels, Options, Session, Textures, View, wgpu};
+use aonet::gpu::{self, DepthEncoding, Kernels, Options, Textures, View, wgpu};
+use aonet::net::gpu::Session;
 use aonet::net::{Model, shipped};
-use aonet_offline::trace::Tracer;
+use aonet::search::Classic;
+use aonet::search::gpu::ClassicSession;
+use aonet_scene::trace::Tracer;
 
 /// Methods in use and what they found.
 #[derive(Debug)]

@@ -1,7 +1,7 @@
 //! A camera that hands can move: around a point, or through the scene.
 
 use aonet::{Camera, Projection, Result};
-use aonet_offline::View;
+use aonet_scene::View;
 use glam::Vec3;
 
 /// A point, and a viewer at a distance who looks at it. Right-handed, +Y up.

@@ -4,7 +4,7 @@
 use super::Renderer;
 use super::device::{Cover, Gpu};
 use super::stopwatch::PassClock;
-use aonet::net::gpu::wgpu;
+use aonet::gpu::wgpu;
 
 /// Draws pictures on targets of one format.
 #[derive(Debug)]

@@ -2,7 +2,7 @@
 
 use super::{Method, Renderer};
 use crate::{Error, Result};
-use aonet::net::gpu::{scoped, wgpu};
+use aonet::gpu::{scoped, wgpu};
 use aonet::{AoImage, Camera, GBuffer};
 use half::f16;
 use image::RgbImage;

@@ -4,9 +4,9 @@
 use super::device::{Gpu, bytes};
 use super::textures::TextureArray;
 use crate::Result;
-use aonet::net::gpu::{scoped, wgpu};
-use aonet_offline::Scene;
-use aonet_offline::scene::{Bounds, DEFAULT_ALBEDO};
+use aonet::gpu::{scoped, wgpu};
+use aonet_scene::Scene;
+use aonet_scene::scene::{Bounds, DEFAULT_ALBEDO};
 
 /// Vertices and triangles, world space.
 #[derive(Debug)]

@@ -7,8 +7,8 @@ use super::occlusion::Occlusion;
 use super::stopwatch::Stopwatch;
 use super::targets::{self, Targets};
 use aonet::Projection;
-use aonet::net::gpu::wgpu;
-use aonet_offline::picture::ERROR_SCALE;
+use aonet::gpu::wgpu;
+use aonet::metrics::ERROR_SCALE;
 
 /// Bytes of the struct `Shade` of `shade.wgsl`.
 const SHADE_BYTES: u64 = 80;

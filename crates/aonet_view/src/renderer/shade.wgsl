@@ -43,7 +43,7 @@ fn encoded(linear: vec3<f32>) -> vec3<f32> {
     return select(1.055 * pow(linear, vec3(1.0 / 2.4)) - 0.055, 12.92 * linear, linear <= vec3(0.0031308));
 }
 
-/// The colours of aonet_offline::picture::error for a difference in [-1, 1].
+/// The colours of aonet_lab::picture::error for a difference in [-1, 1].
 fn diverging(difference: f32) -> vec3<f32> {
     var stops = array(
         vec3(5.0, 48.0, 97.0), vec3(67.0, 147.0, 195.0), vec3(247.0), vec3(214.0, 96.0, 77.0), vec3(103.0, 0.0, 31.0),

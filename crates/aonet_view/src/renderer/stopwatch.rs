@@ -1,7 +1,7 @@
 //! How long passes take on the device, where it has a clock that passes can read.
 
 use super::device::Gpu;
-use aonet::net::gpu::{Timestamps, wgpu};
+use aonet::gpu::{Timestamps, wgpu};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU8, Ordering};
 

@@ -2,7 +2,7 @@
 
 use super::device::Gpu;
 use crate::Result;
-use aonet::net::gpu::wgpu;
+use aonet::gpu::wgpu;
 use wgpu::TextureFormat as Format;
 
 /// A texture and the view of all of it.

@@ -1,7 +1,7 @@
 //! Shaders, without a device.
 
 use super::{present, shade};
-use aonet::net::gpu::wgpu;
+use aonet::gpu::wgpu;
 use wgpu::naga;
 
 fn validate(source: &str, what: &str) {

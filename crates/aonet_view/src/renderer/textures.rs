@@ -3,8 +3,8 @@
 use super::decode::{self, Levels};
 use super::device::Gpu;
 use crate::Result;
-use aonet::net::gpu::{scoped, wgpu};
-use aonet_offline::scene::textures::{Decal, Image, Textures, Wrap};
+use aonet::gpu::{scoped, wgpu};
+use aonet_scene::scene::textures::{Decal, Image, Textures, Wrap};
 use rayon::prelude::*;
 
 /// Memory of all layers with their levels [bytes].
@@ -194,7 +194,7 @@ pub(super) fn samplers(gpu: &Gpu) -> [wgpu::Sampler; 4] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use aonet_offline::scene::textures::ImageFile;
+    use aonet_scene::scene::textures::ImageFile;
     use image::{ImageFormat, RgbImage};
 
     fn image(width: u32, height: u32) -> Image {

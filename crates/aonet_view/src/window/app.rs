@@ -136,7 +136,7 @@ mod tests {
     use super::*;
     use crate::renderer::readback;
     use crate::{Method, Show};
-    use aonet::net::gpu::Device;
+    use aonet::gpu::Device;
     use std::time::Duration;
     use winit::dpi::PhysicalPosition;
     use winit::event::{DeviceId, MouseScrollDelta, TouchPhase};

@@ -1,12 +1,12 @@
 //! Scenes from files, on a thread of their own.
 
 use crate::Result;
-use aonet_offline::dataset::{SceneSpec, SceneSplit, propose_view};
-use aonet_offline::scene::MissingNormals;
-use aonet_offline::scene::colours;
-use aonet_offline::scene::gltf;
-use aonet_offline::trace::Tracer;
-use aonet_offline::{Scene, View};
+use aonet_scene::scene::MissingNormals;
+use aonet_scene::scene::colours;
+use aonet_scene::scene::gltf;
+use aonet_scene::staging::{SceneSpec, SceneSplit, propose_view};
+use aonet_scene::trace::Tracer;
+use aonet_scene::{Scene, View};
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 
@@ -84,7 +84,7 @@ fn from_outside(scene: &Scene, like: &View) -> View {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use aonet_offline::scene::procedural;
+    use aonet_scene::scene::procedural;
     use std::time::Duration;
 
     #[test]

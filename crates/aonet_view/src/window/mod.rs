@@ -12,8 +12,8 @@ mod viewer;
 
 use crate::renderer::CameraPath;
 use crate::{Error, Method, Result, Show};
-use aonet_offline::View;
-use aonet_offline::trace::Tracer;
+use aonet_scene::View;
+use aonet_scene::trace::Tracer;
 use winit::event_loop::{ControlFlow, EventLoop};
 
 /// What a window begins with.

@@ -4,9 +4,9 @@ use super::viewer::{SCORE_SAMPLES, Viewer};
 use crate::renderer::{CameraPath, Frame, Method, Renderer, readback};
 use crate::{Error, Result};
 use aonet::metrics;
-use aonet_offline::frame;
-use aonet_offline::picture::save_png;
-use aonet_offline::{View, atomic_file};
+use aonet_lab::frame;
+use aonet_lab::picture::save_png;
+use aonet_scene::{View, atomic_file};
 use std::path::{Path, PathBuf};
 
 /// `aonet_view_000.EXTENSION` in the current folder, or the first number that is not taken.

@@ -7,7 +7,7 @@ use super::viewer::Viewer;
 use super::{save, viewer::SCORE_SAMPLES};
 use crate::renderer::{Frame, PassClock, Present, Renderer};
 use crate::{Error, Result};
-use aonet::net::gpu::wgpu;
+use aonet::gpu::wgpu;
 use egui_wgpu::ScreenDescriptor;
 use std::sync::Arc;
 use winit::event::WindowEvent;

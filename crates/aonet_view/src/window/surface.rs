@@ -1,7 +1,7 @@
 //! A window's surface and the device that draws on it.
 
 use crate::{Error, Result};
-use aonet::net::gpu::{Device, wait, wgpu};
+use aonet::gpu::{Device, wait, wgpu};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use winit::window::Window;

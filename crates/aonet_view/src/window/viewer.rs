@@ -6,8 +6,8 @@ use super::load::{Loaded, Loading, coloured};
 use crate::renderer::{CameraPath, Frame, Method, Orbit, Show};
 use crate::{Error, Result};
 use aonet::AoParams;
-use aonet_offline::View;
-use aonet_offline::trace::Tracer;
+use aonet_scene::View;
+use aonet_scene::trace::Tracer;
 use glam::Vec3;
 use std::collections::HashSet;
 use std::time::{Duration, Instant};
@@ -216,7 +216,7 @@ impl Viewer {
 #[cfg(test)]
 pub(super) mod tests {
     use super::*;
-    use aonet_offline::Scene;
+    use aonet_scene::Scene;
 
     /// A triangle in a window.
     pub(in super::super) fn viewer() -> Viewer {

@@ -2,12 +2,12 @@
 //! `AONET_REQUIRE_GPU=1` it fails.
 #![allow(dead_code, reason = "each test program uses some of it")]
 
-use aonet::net::gpu::Device;
-use aonet_offline::dataset::{SceneSpec, SceneSplit, propose_view};
-use aonet_offline::scene::colours;
-use aonet_offline::scene::procedural::{self, Kind};
-use aonet_offline::trace::Tracer;
-use aonet_offline::{Scene, View};
+use aonet::gpu::Device;
+use aonet_scene::scene::colours;
+use aonet_scene::scene::procedural::{self, Kind};
+use aonet_scene::staging::{SceneSpec, SceneSplit, propose_view};
+use aonet_scene::trace::Tracer;
+use aonet_scene::{Scene, View};
 use aonet_view::{Frame, Renderer};
 
 /// A device, or none, said so.

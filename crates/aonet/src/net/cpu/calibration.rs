@@ -2,9 +2,9 @@
 
 use super::recipe::buffer_name;
 use super::session::Session;
-use crate::ao_image::{AoImage, AoParams};
 use crate::error::Result;
-use crate::gbuffer::GBuffer;
+use crate::frame::ao_image::{AoImage, AoParams};
+use crate::frame::gbuffer::GBuffer;
 use crate::net::model::Ranges;
 use crate::net::plan::{Buffer, HALO, Layout, Plan, Step};
 

@@ -8,9 +8,9 @@ use super::precision::Arithmetic;
 use super::recipe::{ConvStep, Recipe};
 use super::resample::repeat_ends;
 use super::ring::{self, Input, Ring};
-use super::simd::Simd;
 use crate::error::Result;
 use crate::net::plan::{Buffer, HALO};
+use crate::simd::Simd;
 
 /// Rows of input that a row of output sees.
 const ROWS: usize = 3;

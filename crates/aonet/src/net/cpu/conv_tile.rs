@@ -2,8 +2,8 @@
 
 use super::conv_weights::Group;
 use super::dot::Dot;
-use super::simd::Simd;
 use crate::net::plan::HALO;
+use crate::simd::Simd;
 use std::ops::Range;
 
 /// Numbers of pixels, or squares, that there are tiles for: every one of them is code of its own.

@@ -3,7 +3,7 @@
 //! Packed words lie in memory of f32. Copies of an f32 keep all of its bits, signalling NaN included, on every target but
 //! those with x87 registers, where nothing is packed. Arithmetic would not: words are copied, loaded and nothing else.
 
-use super::simd::Simd;
+use crate::simd::Simd;
 
 /// One way to multiply and add. A value of an implementing type is the proof that the machine has the instructions.
 pub(super) trait Dot: Copy {

@@ -1,10 +1,10 @@
 //! Features of a frame, padded and partitioned into patches. See [`crate::net::Op::PatchPartition`].
 
 use super::bands::{Band, Workers};
-use super::level::Isa;
-use super::simd::{Kernel, Simd};
 use crate::net::features::FeatureRows;
 use crate::net::plan::{Buffer, HALO};
+use crate::simd::Isa;
+use crate::simd::{Kernel, Simd};
 
 /// Writes the features into a planar buffer.
 #[derive(Debug)]

@@ -10,12 +10,12 @@ use super::packing::{self, Steps};
 use super::patch_merge;
 use super::precision::Arithmetic;
 use super::recipe::Recipe;
-use super::simd::Simd;
-use crate::ao_image::AoImage;
 use crate::error::Result;
-use crate::gbuffer::GBuffer;
+use crate::frame::ao_image::AoImage;
+use crate::frame::gbuffer::GBuffer;
 use crate::net::config::KernelWeights;
 use crate::net::plan::{Buffer, BufferId};
+use crate::simd::Simd;
 
 /// Vectors of cells that are computed together.
 pub(super) const VECTORS: usize = 2;

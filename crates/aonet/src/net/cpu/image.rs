@@ -1,10 +1,10 @@
 //! The first channel of a buffer as the image.
 
 use super::bands::Workers;
-use super::level::Isa;
-use crate::ao_image::AoImage;
-use crate::gbuffer::GBuffer;
+use crate::frame::ao_image::AoImage;
+use crate::frame::gbuffer::GBuffer;
 use crate::net::plan::{Buffer, HALO};
+use crate::simd::Isa;
 
 /// The last step of a network whose last convolution is no head.
 #[derive(Debug)]

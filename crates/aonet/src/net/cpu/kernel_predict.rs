@@ -4,10 +4,10 @@ use super::dot::Dot;
 use super::guide_window::{GuideWindow, window_len, window_side};
 use super::head::{Head, VECTORS};
 use super::packing::Steps;
-use super::simd::Simd;
 use crate::net::config::KernelWeights;
 use crate::net::graph::{GUIDE_CHANNELS, TAPS, WINDOW};
 use crate::net::plan::{CHANNEL_BLOCK, HALO};
+use crate::simd::Simd;
 
 /// Weights of one row of a kernel.
 const ROW_TAPS: usize = WINDOW * GUIDE_CHANNELS;

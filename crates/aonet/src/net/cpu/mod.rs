@@ -11,12 +11,13 @@ mod conv;
 mod conv_tile;
 mod conv_weights;
 mod dot;
+#[cfg(target_arch = "x86_64")]
+mod dot_x86;
 mod features;
 mod guide_window;
 mod head;
 mod image;
 mod kernel_predict;
-mod level;
 mod packing;
 mod patch_merge;
 mod peak;
@@ -26,26 +27,13 @@ mod recipe;
 mod resample;
 mod ring;
 mod session;
-mod simd;
 #[cfg(test)]
 mod tests;
-mod wide;
-#[cfg(target_arch = "x86_64")]
-mod wide_x86;
 mod winograd;
 mod winograd_squares;
 mod winograd_transforms;
 mod winograd_weights;
-#[cfg(target_arch = "x86_64")]
-mod x86;
-#[cfg(target_arch = "x86_64")]
-mod x86_packed;
 
-pub use level::{Isa, Level};
 pub use peak::multiply_add;
 pub use precision::Precision;
 pub use session::{Options, Session};
-#[cfg(test)]
-pub(crate) use simd::Portable;
-pub use simd::{Kernel, Simd};
-pub use wide::{WIDE, Wide};

@@ -3,8 +3,8 @@
 use super::dot::{Dot, DotKernel};
 use super::precision::Arithmetic;
 use super::session::Options;
-use super::simd::Simd;
 use crate::error::Result;
+use crate::simd::Simd;
 use std::hint::black_box;
 
 /// Sums that do not wait for one another: as many as hide the latency of a multiplication (4 cycles, two of them begun in
@@ -52,8 +52,9 @@ impl DotKernel for MultiplyAdd<'_> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Level, Precision};
+    use super::super::Precision;
     use super::*;
+    use crate::simd::Level;
 
     #[test]
     fn wider_vectors_and_narrower_numbers_are_more_operations() {

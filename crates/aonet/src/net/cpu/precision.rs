@@ -3,9 +3,9 @@
 #[cfg(target_arch = "x86_64")]
 use super::dot::Dot;
 use super::dot::{DotKernel, Exact};
-use super::level::{Isa, Level};
-use super::simd::{Kernel, Simd};
 use crate::error::{Error, Result};
+use crate::simd::{Isa, Level};
+use crate::simd::{Kernel, Simd};
 
 /// The numbers that convolutions multiply. Sums, and everything between convolutions, are f32 (or exact).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -60,10 +60,10 @@ pub(super) enum Arithmetic {
     F32(Isa),
     /// [`Precision::Bf16`].
     #[cfg(target_arch = "x86_64")]
-    Bf16(super::x86_packed::Bf16),
+    Bf16(super::dot_x86::Bf16),
     /// [`Precision::Int8`].
     #[cfg(target_arch = "x86_64")]
-    Int8(super::x86_packed::Vnni),
+    Int8(super::dot_x86::Vnni),
 }
 
 impl Arithmetic {
@@ -71,7 +71,7 @@ impl Arithmetic {
     /// When the machine has no instructions for them.
     pub(super) fn new(level: Level, precision: Precision) -> Result<Self> {
         #[cfg(target_arch = "x86_64")]
-        use super::x86_packed::{Bf16, Vnni};
+        use super::dot_x86::{Bf16, Vnni};
         let isa = Isa::new(level)?;
         match (precision, level) {
             (Precision::F32, _) => Some(Self::F32(isa)),

@@ -1,7 +1,7 @@
 //! One row of a blocked image from rows of a finer, a coarser or a planar one.
 
-use super::simd::Simd;
 use crate::net::plan::HALO;
+use crate::simd::Simd;
 
 /// Copies the first and last pixel of every line of a blocked row into its halo.
 #[inline(always)]

@@ -4,8 +4,8 @@
 use super::dot::Dot;
 use super::packing::Steps;
 use super::resample::{avg_pool, block_lines, upsample2};
-use super::simd::Simd;
 use crate::net::plan::{Buffer, HALO, Layout, Resample};
+use crate::simd::Simd;
 
 /// An input of a convolution, which reads blocks of packed words.
 #[derive(Debug)]

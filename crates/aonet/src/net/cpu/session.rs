@@ -6,18 +6,18 @@ use super::conv::Conv;
 use super::features::PartitionFeatures;
 use super::head::Head;
 use super::image::Image;
-use super::level::{Isa, Level};
 use super::precision::{Arithmetic, Precision};
 use super::recipe::Recipe;
 use super::winograd::{self, Winograd};
-use crate::ao_image::{AoImage, AoParams};
-use crate::classic;
 use crate::error::{Error, Result};
-use crate::gbuffer::GBuffer;
+use crate::frame::ao_image::{AoImage, AoParams};
+use crate::frame::gbuffer::GBuffer;
 use crate::net::config::Features;
 use crate::net::features::FeatureRows;
 use crate::net::model::Model;
 use crate::net::plan::{Plan, Step};
+use crate::search;
+use crate::simd::{Isa, Level};
 
 /// How a session computes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -67,11 +67,11 @@ impl Horizons {
     fn run(&mut self, isa: Isa, workers: &mut Workers, frame: (&GBuffer, AoParams)) {
         let width = frame.0.width();
         workers.for_each_band(&mut self.found, width, |band| {
-            classic::horizon_rows(isa, frame, (band.first, band.values));
+            search::horizon_rows(isa, frame, (band.first, band.values));
         });
         let found = &self.found;
         workers.for_each_band(&mut self.filtered, width, |band| {
-            classic::filtered_rows(isa, frame, found, (band.first, band.values));
+            search::filtered_rows(isa, frame, found, (band.first, band.values));
         });
     }
 }

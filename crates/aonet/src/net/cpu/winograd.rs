@@ -9,12 +9,12 @@ use super::precision::Arithmetic;
 use super::recipe::{ConvStep, Recipe};
 use super::resample::repeat_ends;
 use super::ring::{self, Input, Ring};
-use super::simd::Simd;
 use super::winograd_squares::{Factors, Lines};
 use super::winograd_transforms::{IN, OUT, PRODUCTS};
 use super::winograd_weights::{self, Group};
 use crate::error::Result;
 use crate::net::plan::{Buffer, CHANNEL_BLOCK, HALO};
+use crate::simd::Simd;
 
 /// Most squares of a row that are transformed together: with 64 channels their factors and products take 0.4 MiB.
 const MAX_SQUARES: usize = 24;

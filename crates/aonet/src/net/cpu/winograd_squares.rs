@@ -2,10 +2,10 @@
 
 use super::conv_tile::tile_len;
 use super::dot::Dot;
-use super::simd::Simd;
 use super::winograd_transforms::{IN, OUT, PRODUCTS, input, output};
 use super::winograd_weights::Group;
 use crate::net::plan::{Buffer, CHANNEL_BLOCK, HALO};
+use crate::simd::Simd;
 use std::ops::Range;
 
 /// Six neighbouring rows of one input, edges repeated.

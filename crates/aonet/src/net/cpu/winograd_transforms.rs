@@ -1,7 +1,7 @@
 //! Winograd's minimal filtering of 4x4 outputs by 3x3 taps, F(4x4, 3x3): Lavin and Gray 2016, §4.3. Interpolation points
 //! 0, 1, -1, 2, -2 and infinity.
 
-use super::simd::Simd;
+use crate::simd::Simd;
 
 /// Side of a square of outputs.
 pub(super) const OUT: usize = 4;

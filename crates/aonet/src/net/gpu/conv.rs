@@ -1,11 +1,11 @@
 //! Convolutions. See [`crate::net::Op::Conv`].
 
-use super::context::Context;
-use super::memory::{BLOCK, Memory, blocks};
-use super::options::{Kernels, Precision};
-use super::pass::{Binding, Compiler, Pass, Recipe};
-use super::shader::Shader;
 use crate::error::Result;
+use crate::gpu::context::Context;
+use crate::gpu::options::{Kernels, Precision};
+use crate::gpu::pass::{Binding, Compiler, Pass, Recipe};
+use crate::gpu::shader::Shader;
+use crate::net::gpu::memory::{BLOCK, Memory, blocks};
 use crate::net::graph::{Activation, LEAKY_SLOPE};
 use crate::net::plan::{BufferId, Plan, Resample, Source};
 use crate::net::weights::Weights;
@@ -16,7 +16,7 @@ const OUTPUTS: usize = 8;
 /// workgroups for coarse levels.
 const MAX_GROUPS: usize = 4;
 /// Columns and rows of a workgroup's invocations.
-pub(super) const TILE: [usize; 2] = [16, 2];
+pub(crate) const TILE: [usize; 2] = [16, 2];
 /// Workgroups below which a dispatch is cut finer. guess: two for each multiprocessor of a large device.
 const ENOUGH_WORKGROUPS: usize = 256;
 /// The binding of the first source.
@@ -24,7 +24,7 @@ const FIRST_SOURCE: usize = 4;
 
 /// A convolution with its weights on the device.
 #[derive(Debug)]
-pub(super) struct Conv {
+pub(crate) struct Conv {
     name: String,
     sources: Vec<Source>,
     output: BufferId,
@@ -37,19 +37,19 @@ pub(super) struct Conv {
 
 /// What the shader of a convolution is made for.
 #[derive(Debug, Clone)]
-pub(super) struct Kind {
-    pub(super) sources: Vec<Resample>,
+pub(crate) struct Kind {
+    pub(crate) sources: Vec<Resample>,
     /// Side of the filter.
-    pub(super) size: usize,
-    pub(super) activation: Activation,
+    pub(crate) size: usize,
+    pub(crate) activation: Activation,
     /// Outputs of a workgroup.
-    pub(super) tile: usize,
+    pub(crate) tile: usize,
 }
 
 impl Conv {
     /// # Errors
     /// When its weights are more than a shader may see.
-    pub(super) fn new(
+    pub(crate) fn new(
         context: &Context,
         plan: &Plan,
         weights: &Weights,
@@ -102,7 +102,7 @@ impl Conv {
     ///
     /// # Errors
     /// Never for what [`Plan`] makes.
-    pub(super) fn pass(&self, context: &Context, compiler: &Compiler, at: (&Plan, &Memory)) -> Result<Pass> {
+    pub(crate) fn pass(&self, context: &Context, compiler: &Compiler, at: (&Plan, &Memory)) -> Result<Pass> {
         let output = &at.0.buffers[self.output];
         let cells = (output.width, output.height);
         let rows = match context.kernels {
@@ -113,7 +113,7 @@ impl Conv {
     }
 
     /// The same with so many rows an invocation.
-    pub(super) fn pass_of_rows(
+    pub(crate) fn pass_of_rows(
         &self,
         context: &Context,
         compiler: &Compiler,
@@ -153,7 +153,7 @@ impl Conv {
 
 impl Kind {
     /// The shader for so many rows an invocation.
-    pub(super) fn shader(&self, (precision, kernels): (Precision, Kernels), rows: usize) -> Shader {
+    pub(crate) fn shader(&self, (precision, kernels): (Precision, Kernels), rows: usize) -> Shader {
         let begin = Shader::new(precision)
             .with_kernels(kernels)
             .number("ROWS", rows)
@@ -165,7 +165,7 @@ impl Kind {
     }
 
     /// A shader of the convolution: constants, `main`, and how it reads its sources.
-    pub(super) fn around(&self, begin: Shader, main: &str) -> Shader {
+    pub(crate) fn around(&self, begin: Shader, main: &str) -> Shader {
         let mut shader = begin
             .number("SIZE", self.size)
             .number("SOURCES", self.sources.len())
@@ -196,23 +196,23 @@ impl Kind {
 }
 
 /// Rows of an invocation: fewer where there would be too few workgroups.
-pub(super) fn rows(cells: (usize, usize), tiles: usize) -> usize {
+pub(crate) fn rows(cells: (usize, usize), tiles: usize) -> usize {
     let enough =
         |rows: &usize| workgroups(cells, *rows, tiles).iter().product::<usize>() >= ENOUGH_WORKGROUPS;
     [4, 2].into_iter().find(enough).unwrap_or(1)
 }
 
 /// Workgroups for images of cells (width, height).
-pub(super) fn workgroups((width, height): (usize, usize), rows: usize, tiles: usize) -> [usize; 3] {
+pub(crate) fn workgroups((width, height): (usize, usize), rows: usize, tiles: usize) -> [usize; 3] {
     [width.div_ceil(TILE[0]), height.div_ceil(TILE[1] * rows), tiles]
 }
 
 /// The shape of a convolution's weights.
-pub(super) struct Filters {
+pub(crate) struct Filters {
     /// Channels of each source.
     sources: Vec<usize>,
-    pub(super) outputs: usize,
-    pub(super) taps: usize,
+    pub(crate) outputs: usize,
+    pub(crate) taps: usize,
     /// Of the convolution: channels of other groups get filters of zeros.
     groups: usize,
 }
@@ -231,12 +231,12 @@ impl Filters {
     }
 
     /// Blocks of inputs.
-    pub(super) fn blocks(&self) -> usize {
+    pub(crate) fn blocks(&self) -> usize {
         self.sources.iter().map(|channels| blocks(*channels)).sum()
     }
 
     /// Calls `put` with every weight, its tap, its input among the blocks of the sources, and its output.
-    pub(super) fn place(&self, weight: &[f32], mut put: impl FnMut(f32, usize, [usize; 2])) {
+    pub(crate) fn place(&self, weight: &[f32], mut put: impl FnMut(f32, usize, [usize; 2])) {
         let mut place = Vec::new();
         let mut in_blocks = 0;
         for channels in &self.sources {

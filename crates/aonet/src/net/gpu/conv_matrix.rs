@@ -1,9 +1,9 @@
 //! Convolutions on cooperative matrices. See `conv.rs`, which knows everything else about them.
 
-use super::conv::{Filters, Kind};
-use super::matrices::{Matrices, unrolled};
-use super::memory::BLOCK;
-use super::shader::Shader;
+use crate::gpu::matrices::{Matrices, unrolled};
+use crate::gpu::shader::Shader;
+use crate::net::gpu::conv::{Filters, Kind};
+use crate::net::gpu::memory::BLOCK;
 
 const LOAD_CELLS: &str = "let cells_{r} = cells_at(first_cell + {r}u * TILE_WIDTH * BLOCKS, BLOCKS);\n";
 const LOAD_FILTERS: &str = "let filters_{t} = filters_at(first_filter + {t}u * MATRIX);\n";
@@ -16,7 +16,7 @@ write(first + vec2(0u, {r}u), first_block + {t}u * BLOCKS, wave, lane);
 
 impl Kind {
     /// The shader on matrices, for so many rows of cells a subgroup.
-    pub(super) fn matrix_shader(&self, matrices: Matrices, rows: usize) -> Shader {
+    pub(crate) fn matrix_shader(&self, matrices: Matrices, rows: usize) -> Shader {
         let counts = [rows, self.tile / matrices.side];
         let products = [
             unrolled(LOAD_CELLS, [rows, 1]),
@@ -34,7 +34,7 @@ impl Kind {
 
 impl Filters {
     /// By tile of outputs, SIDE inputs, tap, matrix of outputs: matrices of inputs by outputs, column by column.
-    pub(super) fn as_matrices(&self, weight: &[f32], matrices: Matrices, tile: usize) -> Vec<f32> {
+    pub(crate) fn as_matrices(&self, weight: &[f32], matrices: Matrices, tile: usize) -> Vec<f32> {
         let (side, tiles) = (matrices.side, tile / matrices.side);
         let steps = (self.blocks() * BLOCK).div_ceil(side);
         let mut packed = vec![0.0; self.outputs.div_ceil(tile) * steps * self.taps * tile * side];

@@ -1,53 +1,30 @@
 //! Features of a frame, padded and partitioned into patches. See [`crate::net::Op::PatchPartition`].
 
-use super::agtao::Horizons;
-use super::context::Context;
-use super::memory::{Memory, blocks};
-use super::options::{DepthEncoding, NormalEncoding, Options, Precision};
-use super::pass::{Binding, Compiler, Pass, Recipe};
-use super::shader::Shader;
 use crate::error::Result;
+use crate::gpu::context::Context;
+use crate::gpu::options::{Options, Precision};
+use crate::gpu::pass::{Binding, Compiler, Pass, Recipe};
+use crate::gpu::shader::Shader;
+use crate::gpu::surface::surface;
 use crate::net::config::{Channel, Features};
+use crate::net::gpu::memory::{Memory, blocks};
 use crate::net::plan::{BufferId, Plan};
+use crate::search::gpu::agtao::Horizons;
 
 /// Columns and rows of a workgroup.
 const TILE: [usize; 2] = [16, 8];
 
-/// What every shader that sees the frame begins with.
-pub(super) fn surface(precision: Precision, options: &Options) -> Shader {
-    let normals = match options.normals {
-        NormalEncoding::Plain => 0,
-        NormalEncoding::Unorm => 1,
-        NormalEncoding::Octahedral => 2,
-        NormalEncoding::OctahedralUnorm => 3,
-    };
-    let (depth, farthest) = match options.depth {
-        DepthEncoding::Linear => (0, f32::MAX),
-        DepthEncoding::Reversed => (1, 0.0),
-        DepthEncoding::Standard => (1, 1.0),
-    };
-    Shader::new(precision)
-        .number("UNORM_NORMALS", 1)
-        .number("OCTAHEDRAL_NORMALS", 2)
-        .number("OCTAHEDRAL_UNORM_NORMALS", 3)
-        .number("NORMALS", normals)
-        .number("LINEAR_DEPTH", 0)
-        .number("DEPTH", depth)
-        .float("FARTHEST", farthest)
-        .part(include_str!("surface.wgsl"))
-}
-
 /// What features need besides the textures.
 #[derive(Debug)]
-pub(super) struct Extras {
+pub(crate) struct Extras {
     /// Bits of the range of depths; see `depth_range.wgsl`.
-    pub(super) depth_range: Option<wgpu::Buffer>,
+    pub(crate) depth_range: Option<wgpu::Buffer>,
     /// What a horizon search finds.
-    pub(super) horizons: Option<Horizons>,
+    pub(crate) horizons: Option<Horizons>,
 }
 
 /// The dispatch that finds the range of depths, if it is needed.
-pub(super) fn depth_range_pass(
+pub(crate) fn depth_range_pass(
     surface: Shader,
     compiler: &Compiler,
     (width, height): (usize, usize),
@@ -63,7 +40,7 @@ pub(super) fn depth_range_pass(
 ///
 /// # Errors
 /// Never for what [`Plan`] makes.
-pub(super) fn pass(
+pub(crate) fn pass(
     (context, options, features): (&Context, &Options, Features),
     compiler: &Compiler,
     (plan, memory, extras): (&Plan, &Memory, &Extras),
@@ -82,7 +59,7 @@ pub(super) fn pass(
 }
 
 /// The shader of the features. Depth range and horizon follow the output, where there are such.
-pub(super) fn shader(of: (Precision, &Options), features: Features, patch: usize) -> Shader {
+pub(crate) fn shader(of: (Precision, &Options), features: Features, patch: usize) -> Shader {
     let mut shader = surface(of.0, of.1)
         .number("PATCH", patch)
         .number("FEATURES", features.channels().len())
@@ -99,7 +76,7 @@ pub(super) fn shader(of: (Precision, &Options), features: Features, patch: usize
 }
 
 /// The shader of the depth range.
-pub(super) fn depth_range_shader(surface: Shader) -> Shader {
+pub(crate) fn depth_range_shader(surface: Shader) -> Shader {
     surface.part(include_str!("depth_range.wgsl"))
 }
 

@@ -1,16 +1,16 @@
 //! The 1x1 convolution at the end and the image that it gives, in one dispatch. See [`crate::net::Op::KernelPredict`];
 //! AO-Net §3.3, Eq. 2.
 
-use super::context::Context;
-use super::conv;
-use super::head_matrix;
-use super::matrices::Matrices;
-use super::memory::{BLOCK, Memory, blocks};
-use super::options::{Kernels, Precision};
-use super::pass::{Binding, Compiler, Pass, Recipe};
-use super::shader::Shader;
 use crate::error::Result;
+use crate::gpu::context::Context;
+use crate::gpu::matrices::Matrices;
+use crate::gpu::options::{Kernels, Precision};
+use crate::gpu::pass::{Binding, Compiler, Pass, Recipe};
+use crate::gpu::shader::Shader;
 use crate::net::config::KernelWeights;
+use crate::net::gpu::conv;
+use crate::net::gpu::head_matrix;
+use crate::net::gpu::memory::{BLOCK, Memory, blocks};
 use crate::net::graph::{GUIDE_CHANNELS, TAPS, WINDOW};
 use crate::net::plan::{BufferId, Plan};
 use crate::net::weights::Weights;
@@ -24,7 +24,7 @@ const MAX_CELLS: usize = 2;
 
 /// The last step of a network.
 #[derive(Debug)]
-pub(super) struct Head {
+pub(crate) struct Head {
     input: BufferId,
     guide: BufferId,
     patch: usize,
@@ -38,7 +38,7 @@ pub(super) struct Head {
 impl Head {
     /// # Errors
     /// When its weights are more than a shader may see.
-    pub(super) fn new(
+    pub(crate) fn new(
         context: &Context,
         plan: &Plan,
         weights: &Weights,
@@ -66,7 +66,7 @@ impl Head {
     }
 
     /// Values that it writes for a plan.
-    pub(super) fn raw_len(plan: &Plan) -> usize {
+    pub(crate) fn raw_len(plan: &Plan) -> usize {
         plan.padded.0 * plan.padded.1
     }
 
@@ -74,7 +74,7 @@ impl Head {
     ///
     /// # Errors
     /// Never for what [`Plan`] makes.
-    pub(super) fn pass(
+    pub(crate) fn pass(
         &self,
         context: &Context,
         compiler: &Compiler,
@@ -121,7 +121,7 @@ fn cells_each(cells: (usize, usize), kernel: KernelWeights) -> usize {
 }
 
 /// The shader of a head for so many cells an invocation.
-pub(super) fn shader(
+pub(crate) fn shader(
     (precision, kernels): (Precision, Kernels),
     (patch, kernel): (usize, KernelWeights),
     cells: usize,
@@ -146,7 +146,7 @@ pub(super) fn shader(
 }
 
 /// A shader that can apply kernels, to be continued.
-pub(super) fn with_kernels(begin: Shader, (patch, kernel): (usize, KernelWeights)) -> Shader {
+pub(crate) fn with_kernels(begin: Shader, (patch, kernel): (usize, KernelWeights)) -> Shader {
     begin
         .number("PATCH", patch)
         .flag("SOFTMAX", kernel == KernelWeights::Softmax)

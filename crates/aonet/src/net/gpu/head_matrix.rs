@@ -1,10 +1,10 @@
 //! Kernels on cooperative matrices. See `head.rs`, which knows everything else about them.
 
-use super::head::with_kernels;
-use super::matrices::{Matrices, unrolled};
-use super::options::Kernels;
-use super::shader::Shader;
+use crate::gpu::matrices::{Matrices, unrolled};
+use crate::gpu::options::Kernels;
+use crate::gpu::shader::Shader;
 use crate::net::config::KernelWeights;
+use crate::net::gpu::head::with_kernels;
 use crate::net::graph::WINDOW;
 
 /// Inputs above which the plain shader is taken: a workgroup's cells and kernels would not fit its memory.
@@ -16,7 +16,7 @@ const LOAD_CELLS: &str = "let cells_{r} = cells_at(first + {r}u * BLOCKS, IN_BLO
 const PRODUCT: &str = "sum = multiply_add(cells_{r}, filters_at(filters + {r}u * MATRIX), sum);\n";
 
 /// The matrices to compute a head with: none for heads that fit badly.
-pub(super) fn suits(kernels: Kernels, channels: usize, kernel: KernelWeights) -> Option<Matrices> {
+pub(crate) fn suits(kernels: Kernels, channels: usize, kernel: KernelWeights) -> Option<Matrices> {
     match (kernels, kernel) {
         (Kernels::Matrices(matrices), KernelWeights::Linear | KernelWeights::Softmax) => {
             Some(matrices).filter(|_| channels <= MAX_CHANNELS)
@@ -28,7 +28,7 @@ pub(super) fn suits(kernels: Kernels, channels: usize, kernel: KernelWeights) ->
 }
 
 /// The shader of kernels for so many input channels.
-pub(super) fn shader(matrices: Matrices, channels: usize, (patch, kernel): (usize, KernelWeights)) -> Shader {
+pub(crate) fn shader(matrices: Matrices, channels: usize, (patch, kernel): (usize, KernelWeights)) -> Shader {
     let steps = channels.div_ceil(matrices.side);
     let main = include_str!("kernel_predict_matrix.wgsl")
         .replace("//CELLS", &unrolled(LOAD_CELLS, [steps, 1]))
@@ -42,7 +42,7 @@ pub(super) fn shader(matrices: Matrices, channels: usize, (patch, kernel): (usiz
 
 /// A 1x1 convolution's weights by kernel, SIDE outputs, SIDE inputs: matrices of inputs by outputs, column by column.
 /// `value` tells the weight of an output of a kernel and an input.
-pub(super) fn packed(
+pub(crate) fn packed(
     matrices: Matrices,
     (kernels, channels): (usize, usize),
     value: impl Fn(usize, usize) -> f32,

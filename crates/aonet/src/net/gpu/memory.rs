@@ -3,21 +3,21 @@
 //! Not one arena, as on the CPU: a dispatch may not read and write parts of the same buffer, and a shader sees 128 MiB
 //! of a buffer at most.
 
-use super::context::Context;
 use crate::error::Result;
+use crate::gpu::context::Context;
 use crate::net::plan::{Buffer, BufferId};
 
 /// Channels that lie side by side.
-pub(super) const BLOCK: usize = 4;
+pub(crate) const BLOCK: usize = 4;
 
 /// Blocks of channels.
-pub(super) fn blocks(channels: usize) -> usize {
+pub(crate) fn blocks(channels: usize) -> usize {
     channels.div_ceil(BLOCK)
 }
 
 /// Buffers that tensors share.
 #[derive(Debug)]
-pub(super) struct Memory {
+pub(crate) struct Memory {
     buffers: Vec<wgpu::Buffer>,
     /// By tensor of the plan.
     place: Vec<usize>,
@@ -28,7 +28,7 @@ impl Memory {
     ///
     /// # Errors
     /// When one of them is larger than a shader may see.
-    pub(super) fn new(context: &Context, tensors: &[Buffer]) -> Result<Self> {
+    pub(crate) fn new(context: &Context, tensors: &[Buffer]) -> Result<Self> {
         let bytes = |b: &Buffer| blocks(b.channels) * BLOCK * b.height * b.width * context.real_bytes();
         let (place, sizes) = share(tensors, bytes);
         let buffers = sizes.iter().map(|bytes| context.storage("activations", *bytes));
@@ -36,12 +36,12 @@ impl Memory {
     }
 
     /// Where a tensor is.
-    pub(super) fn of(&self, tensor: BufferId) -> &wgpu::Buffer {
+    pub(crate) fn of(&self, tensor: BufferId) -> &wgpu::Buffer {
         &self.buffers[self.place[tensor]]
     }
 
     /// In all.
-    pub(super) fn bytes(&self) -> u64 {
+    pub(crate) fn bytes(&self) -> u64 {
         self.buffers.iter().map(wgpu::Buffer::size).sum()
     }
 }

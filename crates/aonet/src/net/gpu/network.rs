@@ -1,13 +1,14 @@
 //! A model on a device: weights and shaders, which sessions of any size share.
 
-use super::context::Context;
-use super::conv::Conv;
-use super::head::Head;
-use super::options::Options;
-use super::pass::Compiler;
-use super::view;
 use crate::error::{Error, Result};
+use crate::gpu::context::Context;
+use crate::gpu::device::check_limits;
+use crate::gpu::options::Options;
+use crate::gpu::pass::Compiler;
+use crate::gpu::view;
 use crate::net::config::Features;
+use crate::net::gpu::conv::Conv;
+use crate::net::gpu::head::Head;
 use crate::net::graph::Graph;
 use crate::net::model::Model;
 use crate::net::plan::{BufferId, Plan, Step};
@@ -18,18 +19,18 @@ const MAX_SOURCES: usize = 4;
 
 /// A model on a device.
 #[derive(Debug)]
-pub(super) struct Network {
-    pub(super) context: Context,
-    pub(super) options: Options,
-    pub(super) features: Features,
-    pub(super) graph: Graph,
-    pub(super) compiler: Compiler,
-    pub(super) steps: Vec<Weighed>,
+pub(crate) struct Network {
+    pub(crate) context: Context,
+    pub(crate) options: Options,
+    pub(crate) features: Features,
+    pub(crate) graph: Graph,
+    pub(crate) compiler: Compiler,
+    pub(crate) steps: Vec<Weighed>,
 }
 
 /// A step of a plan with its weights.
 #[derive(Debug)]
-pub(super) enum Weighed {
+pub(crate) enum Weighed {
     Features { output: BufferId, patch: usize },
     Conv(Conv),
     Head { head: Head, corrects: bool, patch: usize },
@@ -39,7 +40,7 @@ pub(super) enum Weighed {
 impl Network {
     /// # Errors
     /// When the device lacks something that the model needs.
-    pub(super) fn new(
+    pub(crate) fn new(
         (device, queue): (&wgpu::Device, &wgpu::Queue),
         model: &Model,
         options: Options,
@@ -87,49 +88,5 @@ impl Weighed {
             }
             Step::Image { input } => Self::Image { input: *input },
         })
-    }
-}
-
-/// What the shaders need is what WebGPU promises; devices made for less are refused.
-pub(super) fn check_limits(limits: &wgpu::Limits) -> Result<()> {
-    let needed = wgpu::Limits::defaults();
-    for (what, least, found) in [
-        (
-            "storage buffers of a shader",
-            needed.max_storage_buffers_per_shader_stage,
-            limits.max_storage_buffers_per_shader_stage,
-        ),
-        (
-            "invocations of a workgroup",
-            needed.max_compute_invocations_per_workgroup,
-            limits.max_compute_invocations_per_workgroup,
-        ),
-        (
-            "bytes of memory of a workgroup",
-            needed.max_compute_workgroup_storage_size,
-            limits.max_compute_workgroup_storage_size,
-        ),
-        (
-            "workgroups of a dimension",
-            needed.max_compute_workgroups_per_dimension,
-            limits.max_compute_workgroups_per_dimension,
-        ),
-    ] {
-        if found < least {
-            return Err(Error::device(what, format!("at least {least}"), found));
-        }
-    }
-    Ok(())
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn devices_made_for_less_than_webgpu_promises_are_refused() {
-        assert!(check_limits(&wgpu::Limits::defaults()).is_ok());
-        let error = check_limits(&wgpu::Limits::downlevel_defaults()).unwrap_err().to_string();
-        assert!(error.contains("storage buffers") && error.contains("at least 8"), "{error}");
     }
 }

@@ -1,20 +1,21 @@
 //! A model ready to run at one size.
 
-use super::agtao::{self, Horizons};
-use super::chain::{Chain, Timestamps};
-use super::context::Context;
-use super::device::scoped;
-use super::features::{self, Extras};
-use super::head::Head;
-use super::image::{Image, Raw};
-use super::memory::Memory;
-use super::network::{Network, Weighed};
-use super::options::{Frame, Kernels, Options, Precision};
-use super::view::{Textures, View, check_size};
 use crate::error::{Error, Result};
+use crate::gpu::chain::{Chain, Timestamps};
+use crate::gpu::context::Context;
+use crate::gpu::device::scoped;
+use crate::gpu::image::{Image, Raw};
+use crate::gpu::options::{Frame, Kernels, Options, Precision};
+use crate::gpu::surface::surface;
+use crate::gpu::view::{Textures, View, check_size};
 use crate::net::config::Channel;
+use crate::net::gpu::features::{self, Extras};
+use crate::net::gpu::head::Head;
+use crate::net::gpu::memory::Memory;
+use crate::net::gpu::network::{Network, Weighed};
 use crate::net::model::Model;
 use crate::net::plan::Plan;
+use crate::search::gpu::agtao::{self, Horizons};
 use std::sync::Arc;
 
 /// A network and its memory on a device, for frames of one size.
@@ -151,13 +152,20 @@ impl Sized {
         let memory = Memory::new(context, &plan.buffers)?;
         let extras = extras(context, network, plan.size)?;
         let raw = context.storage("visibility", Head::raw_len(&plan) * size_of::<f32>())?;
-        let surface = features::surface(context.precision, options);
+        let surface = surface(context.precision, options);
         let mut passes: Vec<_> =
             features::depth_range_pass(surface, compiler, plan.size, &extras).into_iter().collect();
-        passes.extend(agtao::passes((context.precision, options), compiler, plan.size, &extras));
+        let horizons = extras.horizons.as_ref();
+        passes.extend(agtao::passes((context.precision, options), compiler, plan.size, horizons));
         let image = |of: Raw<'_>, patch: usize, corrects: bool| {
             let cells = (plan.padded.0 / patch, plan.padded.1 / patch);
-            Image::new((context, options), compiler, of, (patch, cells, &extras), corrects)
+            Image::new(
+                (context, options),
+                compiler,
+                of,
+                (patch, cells, horizons.map(|h| &h.filtered)),
+                corrects,
+            )
         };
         let mut last = None;
         for step in &network.steps {

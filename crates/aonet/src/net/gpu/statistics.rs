@@ -6,12 +6,12 @@
 //! ```
 #![allow(unsafe_code, reason = "Vulkan tells statistics of pipelines, wgpu does not")]
 
-use super::conv::Kind;
-use super::head;
-use super::matrices::Matrices;
-use super::options::{Kernels, Precision};
-use super::shader::Shader;
+use crate::gpu::matrices::Matrices;
+use crate::gpu::options::{Kernels, Precision};
+use crate::gpu::shader::Shader;
 use crate::net::config::KernelWeights;
+use crate::net::gpu::conv::Kind;
+use crate::net::gpu::head;
 use crate::net::graph::Activation;
 use crate::net::plan::Resample;
 use ash::{khr, vk};

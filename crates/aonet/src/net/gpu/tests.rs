@@ -1,15 +1,15 @@
 //! Every operation on a device against the oracle's loops.
 
-use super::context::Context;
-use super::conv::Conv;
-use super::device::{Device, scoped};
-use super::head::Head;
-use super::memory::{BLOCK, Memory, blocks};
-use super::options::{Kernels, Precision};
-use super::pass::{Compiler, Pass};
-use super::valid::{KERNELS, MATRICES, PRECISIONS};
-use super::view;
+use crate::gpu::context::Context;
+use crate::gpu::device::{Device, scoped};
+use crate::gpu::options::{Kernels, Precision};
+use crate::gpu::pass::{Compiler, Pass};
+use crate::gpu::view;
 use crate::net::config::KernelWeights;
+use crate::net::gpu::conv::Conv;
+use crate::net::gpu::head::Head;
+use crate::net::gpu::memory::{BLOCK, Memory, blocks};
+use crate::net::gpu::valid::{KERNELS, MATRICES, PRECISIONS};
 use crate::net::graph::{Activation, Graph, Op};
 use crate::net::naive::{self, Planes};
 use crate::net::plan::{Buffer, Layout, Plan, Resample, Source};

@@ -1,21 +1,23 @@
 //! Every shader, without a device.
 
-use super::conv::Kind;
-use super::cover::covering;
-use super::matrices::Matrices;
-use super::options::{DepthEncoding, Kernels, NormalEncoding, Options, Precision};
-use super::{features, head, head_matrix, image, matrix_trial};
+use super::{features, head, head_matrix};
+use crate::gpu::cover::covering;
+use crate::gpu::matrices::Matrices;
+use crate::gpu::options::{DepthEncoding, Kernels, NormalEncoding, Options, Precision};
+use crate::gpu::surface::surface;
+use crate::gpu::{image, matrix_trial};
 use crate::net::config::{Features, KernelWeights};
+use crate::net::gpu::conv::Kind;
 use crate::net::graph::Activation;
 use crate::net::plan::Resample;
 use wgpu::naga;
 
-pub(super) const PRECISIONS: [Precision; 2] = [Precision::F32, Precision::F16];
+pub(crate) const PRECISIONS: [Precision; 2] = [Precision::F32, Precision::F16];
 
-pub(super) const KERNELS: [Kernels; 2] = [Kernels::Plain, Kernels::Subgroups];
+pub(crate) const KERNELS: [Kernels; 2] = [Kernels::Plain, Kernels::Subgroups];
 
 /// Panics when the shader is no WGSL or needs more memory a workgroup than WebGPU promises.
-pub(super) fn validate(source: &str, what: &str) {
+pub(crate) fn validate(source: &str, what: &str) {
     let module = naga::front::wgsl::parse_str(source)
         .unwrap_or_else(|e| panic!("{what}: {}\n{source}", e.emit_to_string(source)));
     use naga::valid::Capabilities;
@@ -65,7 +67,7 @@ fn every_shader_is_valid() {
     }
     for precision in PRECISIONS {
         for options in encodings() {
-            let surface = || features::surface(precision, &options);
+            let surface = || surface(precision, &options);
             validate(features::depth_range_shader(surface()).source(), "depth range");
             for patch in [1, 4] {
                 for channels in FEATURES {
@@ -81,7 +83,7 @@ fn every_shader_is_valid() {
     }
 }
 
-pub(super) const MATRICES: [Matrices; 7] = [
+pub(crate) const MATRICES: [Matrices; 7] = [
     of_device(8, 8),
     of_device(8, 32),
     of_device(16, 32),
@@ -111,7 +113,7 @@ const FEATURES: [Features; 7] = [
     Features::NormalPosition,
 ];
 
-pub(super) fn encodings() -> Vec<Options> {
+pub(crate) fn encodings() -> Vec<Options> {
     use DepthEncoding::{Linear, Reversed, Standard};
     use NormalEncoding::{Octahedral, OctahedralUnorm, Plain, Unorm};
     let depth = |depth| Options { depth, ..Options::default() };

@@ -5,7 +5,7 @@ use super::{Args, machine, progress};
 use crate::output::{self, Style, number, table};
 use anyhow::Result;
 use aonet::net::cpu::Options;
-use aonet_offline::timing::{self, OpTime, Peaks};
+use aonet_lab::timing::{self, OpTime, Peaks};
 use serde::Serialize;
 use serde_json::json;
 

@@ -4,14 +4,14 @@ use super::Args;
 use crate::device::Device;
 use crate::setup;
 use anyhow::{Context, Result};
-use aonet::classic::Classic;
 use aonet::net::{Model, ModelConfig};
-use aonet_offline::timing;
+use aonet::search::Classic;
+use aonet_lab::timing;
 use std::path::{Path, PathBuf};
 
 /// Networks beside the one in the program, for those who run it in the project's folder.
-const PAPER: &str = "assets/weights/paper.safetensors";
-const ROWS: &str = "assets/weights/rows";
+const PAPER: &str = "crates/aonet/models/paper.safetensors";
+const ROWS: &str = "assets/models/rows";
 
 /// A method that is not loaded yet, and what a table calls it: a row's memory is its own.
 #[derive(Debug)]

@@ -7,7 +7,7 @@ use crate::setup;
 use anyhow::Result;
 use aonet::net::Model;
 use aonet::net::cpu::{Options, Precision};
-use aonet_offline::timing::{self, Times};
+use aonet_lab::timing::{self, Times};
 use serde::Serialize;
 use serde_json::{Value, json};
 

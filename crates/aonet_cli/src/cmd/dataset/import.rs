@@ -3,7 +3,7 @@
 use super::make::SplitName;
 use crate::output;
 use anyhow::Result;
-use aonet_offline::dataset::{self, Event, Import, ImportRule, Manifest, NormalCoding, Unmatched};
+use aonet_lab::dataset::{self, Event, Import, ImportRule, Manifest, NormalCoding, Unmatched};
 use clap::ValueEnum;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;

@@ -4,11 +4,10 @@ use super::progress::Progress;
 use super::{COLUMNS, FRAMES, Make};
 use crate::output;
 use anyhow::{Context, Result, bail};
-use aonet_offline::dataset::{
-    self, Event, Manifest, Plan, Preset, RadiusRule, Recipe, SceneSpec, SceneSplit, Shard, Work,
-};
-use aonet_offline::picture;
-use aonet_offline::scene::procedural::Kind;
+use aonet_lab::dataset::{self, Event, Manifest, Plan, Preset, Recipe, Shard, Work};
+use aonet_lab::picture;
+use aonet_scene::scene::procedural::Kind;
+use aonet_scene::staging::{RadiusRule, SceneSpec, SceneSplit};
 use clap::ValueEnum;
 use serde_json::{Map, json};
 use std::ops::Range;
@@ -86,7 +85,7 @@ fn plan(make: &Make) -> Result<Plan> {
     recipe.spp = make.spp.unwrap_or(recipe.spp);
     recipe.eval_spp = make.eval_spp.or(make.spp).unwrap_or(recipe.eval_spp);
     recipe.radius = make.scene_radius.map_or(recipe.radius, RadiusRule::SceneFraction);
-    recipe.frames = recipe.frames.kept(|split| scenes.iter().any(|s| s.split.allows(split)));
+    recipe.frames = recipe.frames.kept(|split| scenes.iter().any(|s| split.takes(s.split)));
     recipe.frames = make.frames.map_or(recipe.frames, |total| recipe.frames.scaled_to(total));
     Ok(Plan::new(recipe, scenes)?)
 }

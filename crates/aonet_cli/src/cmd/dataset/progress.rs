@@ -1,7 +1,7 @@
 //! How far a dataset is: a bar on a terminal, and a last line about the run.
 
 use crate::output;
-use aonet_offline::dataset::{Event, Summary};
+use aonet_lab::dataset::{Event, Summary};
 use indicatif::{ProgressBar, ProgressStyle};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Instant;

@@ -2,8 +2,8 @@
 
 use super::{COLUMNS, FRAMES};
 use anyhow::Result;
-use aonet_offline::dataset::{self, Manifest};
-use aonet_offline::picture;
+use aonet_lab::dataset::{self, Manifest};
+use aonet_lab::picture;
 use std::path::PathBuf;
 
 #[derive(Debug, clap::Args)]

@@ -4,9 +4,9 @@ use super::Args;
 use crate::output::{Style, number, table};
 use crate::setup;
 use anyhow::Result;
-use aonet_offline::dataset::Manifest;
-use aonet_offline::eval::phenomena::{self, Breakdown, Phenomenon, RadiusClass};
-use aonet_offline::eval::{Row, Table};
+use aonet_lab::dataset::Manifest;
+use aonet_lab::eval::phenomena::{self, Breakdown, Phenomenon, RadiusClass};
+use aonet_lab::eval::{Row, Table};
 use serde::Serialize;
 use serde_json::json;
 

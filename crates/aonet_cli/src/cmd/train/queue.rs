@@ -3,8 +3,8 @@
 use super::{Args, single};
 use crate::output::{self, Style, number, table};
 use anyhow::{Result, bail};
-use aonet_offline::train::Frames;
-use aonet_offline::train::queue::{QueueEnd, QueueEvent, QueuedRun, RunSummary, Selection, plan, train_all};
+use aonet_lab::train::Frames;
+use aonet_lab::train::queue::{QueueEnd, QueueEvent, QueuedRun, RunSummary, Selection, plan, train_all};
 use indicatif::ProgressBar;
 use std::path::Path;
 

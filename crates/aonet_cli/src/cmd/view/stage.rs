@@ -3,8 +3,8 @@
 use super::Args;
 use crate::setup::StageArgs;
 use anyhow::{Context, Result};
-use aonet_offline::View;
-use aonet_offline::trace::Tracer;
+use aonet_scene::View;
+use aonet_scene::trace::Tracer;
 use aonet_view::renderer::CameraPath;
 use aonet_view::{Method, Show};
 
@@ -24,7 +24,7 @@ impl Stage {
         let second = args.against.as_deref().map(str::parse).transpose()?;
         let show = args.show.parse()?;
         let way = args.camera_path.as_ref().map(|path| {
-            let text = std::fs::read(path).map_err(aonet_offline::Error::io(path))?;
+            let text = std::fs::read(path).map_err(aonet_scene::Error::io(path))?;
             CameraPath::from_json(&text).with_context(|| path.display().to_string())
         });
         let way = way.transpose()?;

@@ -7,7 +7,6 @@ use crate::net::cpu::aligned::Aligned;
 use crate::net::cpu::bands::Workers;
 use crate::net::cpu::conv::Conv;
 use crate::net::cpu::head::Head;
-use crate::net::cpu::level::{Isa, Level};
 use crate::net::cpu::precision::{Arithmetic, Precision};
 use crate::net::cpu::recipe::Recipe;
 use crate::net::cpu::winograd::Winograd;
@@ -16,6 +15,7 @@ use crate::net::model::Ranges;
 use crate::net::naive::{self, Planes};
 use crate::net::plan::{Buffer, HALO, Layout, Plan, Resample, Source};
 use crate::net::weights::{Tensor, Weights};
+use crate::simd::{Isa, Level};
 use crate::{AoImage, Camera, GBuffer, Projection};
 
 /// Normalised mean square error. Measured: 3e-14 at most, from the order of summation.

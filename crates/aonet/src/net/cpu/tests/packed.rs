@@ -5,9 +5,9 @@ use crate::net::cpu::Precision;
 use crate::net::cpu::dot::{Dot, DotKernel};
 use crate::net::cpu::packing::{self, Steps};
 use crate::net::cpu::ring::{Input, Ring};
-use crate::net::cpu::simd::Simd;
 use crate::net::model::Ranges;
 use crate::net::plan::{CHANNEL_BLOCK, Step};
+use crate::simd::Simd;
 use half::bf16;
 
 /// Inputs that were resampled may lie on the other side of a rounding's edge. Measured: 1.3e-8 at most.

@@ -1,6 +1,6 @@
 //! What a pass takes at least on a device, and what it may take on a common one.
 
-use aonet_offline::timing::gpu::PassCost;
+use aonet_lab::timing::gpu::PassCost;
 use serde::Serialize;
 
 /// What a device does at best.

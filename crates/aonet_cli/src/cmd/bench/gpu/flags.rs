@@ -1,6 +1,6 @@
 //! What the command line says of a graphics processor.
 
-use aonet::net::gpu::{Device, Kernels};
+use aonet::gpu::{Device, Kernels};
 
 /// What `aonet bench` is told of a graphics processor.
 #[derive(Debug, clap::Args)]

@@ -5,9 +5,9 @@ use crate::cmd::bench::Args;
 use crate::cmd::bench::subject::{self, Method};
 use crate::{output, setup};
 use anyhow::{Context, Result};
-use aonet::classic::Classic;
-use aonet::net::gpu::{Device, Kernels, Precision};
+use aonet::gpu::{Device, Kernels, Precision};
 use aonet::net::{Model, shipped};
+use aonet::search::Classic;
 
 /// What the arguments name; else the shipped networks and the classic methods, all but one of which have shaders.
 pub(super) fn methods(args: &Args) -> Result<Vec<(String, Method)>> {

@@ -3,7 +3,7 @@
 use super::estimate::RTX_3060;
 use super::{PassRow, Row};
 use crate::output::{Style, number, table};
-use aonet_offline::timing::gpu::Spread;
+use aonet_lab::timing::gpu::Spread;
 
 const MIB: f64 = (1u64 << 20) as f64;
 

@@ -1,0 +1,59 @@
+//! Render passes that cover their target: how shaders write formats of which few can be written otherwise.
+
+/// A pipeline of one triangle that covers its target of `format`; `main` of the source, of which this adds the vertex stage
+/// `cover`, gives a pixel its value. To be drawn with three vertices.
+pub fn cover_pipeline(
+    device: &wgpu::Device,
+    (label, source): (&str, &str),
+    groups: &[&wgpu::BindGroupLayout],
+    format: wgpu::TextureFormat,
+) -> wgpu::RenderPipeline {
+    let label = Some(label);
+    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
+        label,
+        source: wgpu::ShaderSource::Wgsl(covering(source).into()),
+    });
+    let groups: Vec<_> = groups.iter().map(|group| Some(*group)).collect();
+    let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+        label,
+        bind_group_layouts: &groups,
+        immediate_size: 0,
+    });
+    device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+        label,
+        layout: Some(&layout),
+        vertex: wgpu::VertexState {
+            module: &module,
+            entry_point: Some("cover"),
+            compilation_options: Default::default(),
+            buffers: &[],
+        },
+        primitive: Default::default(),
+        depth_stencil: None,
+        multisample: Default::default(),
+        fragment: Some(wgpu::FragmentState {
+            module: &module,
+            entry_point: Some("main"),
+            compilation_options: Default::default(),
+            targets: &[Some(format.into())],
+        }),
+        multiview_mask: None,
+        cache: None,
+    })
+}
+
+/// The whole shader of a source for [`cover_pipeline`].
+pub(crate) fn covering(source: &str) -> String {
+    // Behind the source, which may begin with what has to come first.
+    format!("{source}\n{}", include_str!("cover.wgsl"))
+}
+
+/// A target that is cleared to `colour` and kept.
+pub fn cleared(view: &wgpu::TextureView, colour: wgpu::Color) -> Option<wgpu::RenderPassColorAttachment<'_>> {
+    Some(wgpu::RenderPassColorAttachment {
+        view,
+        depth_slice: None,
+        resolve_target: None,
+        ops: wgpu::Operations { load: wgpu::LoadOp::Clear(colour), store: wgpu::StoreOp::Store },
+    })
+}

@@ -1,0 +1,184 @@
+//! A device for programs that do not render: servers, commands, tests.
+
+use crate::error::{Error, Result};
+use crate::gpu::matrices::Matrices;
+#[cfg(not(target_arch = "wasm32"))]
+use crate::gpu::matrix_trial;
+use std::pin::pin;
+use std::task::{Context, Poll, Waker};
+
+/// A device, its queue and where they come from.
+#[derive(Debug, Clone)]
+pub struct Device {
+    /// Name, driver and kind of the adapter.
+    pub adapter: wgpu::AdapterInfo,
+    /// With half floats, subgroups, timestamps and textures of 16 bits where the adapter has them.
+    pub device: wgpu::Device,
+    /// Its queue.
+    pub queue: wgpu::Queue,
+    /// The products of matrices that it has, if it has any.
+    pub matrices: Option<Matrices>,
+}
+
+/// Features that are asked for where they exist: see [`Device::device`].
+const WANTED: wgpu::Features = wgpu::Features::SHADER_F16
+    .union(wgpu::Features::SUBGROUP)
+    .union(wgpu::Features::TIMESTAMP_QUERY)
+    .union(wgpu::Features::TEXTURE_FORMAT_16BIT_NORM);
+
+impl Device {
+    /// The fastest adapter of this machine, with no window.
+    ///
+    /// # Errors
+    /// When there is none, or it gives no device.
+    pub async fn request() -> Result<Self> {
+        let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
+        let adapter = instance
+            .request_adapter(&wgpu::RequestAdapterOptions {
+                power_preference: wgpu::PowerPreference::HighPerformance,
+                ..Default::default()
+            })
+            .await
+            .map_err(|e| Error::device("adapter", "one that computes", e))?;
+        Self::request_of(&adapter).await
+    }
+
+    async fn request_of(adapter: &wgpu::Adapter) -> Result<Self> {
+        let limits = adapter.limits();
+        let matrices = Matrices::of(adapter);
+        let of_matrices = if matrices.is_some() { Matrices::FEATURES } else { wgpu::Features::empty() };
+        let descriptor = wgpu::DeviceDescriptor {
+            label: Some("aonet"),
+            required_features: adapter.features() & WANTED | of_matrices,
+            experimental_features: experimental(matrices),
+            // What images of any size need; else what every adapter has.
+            required_limits: wgpu::Limits {
+                max_buffer_size: limits.max_buffer_size,
+                max_storage_buffer_binding_size: limits.max_storage_buffer_binding_size,
+                max_texture_dimension_2d: limits.max_texture_dimension_2d,
+                ..wgpu::Limits::default()
+            },
+            ..Default::default()
+        };
+        let (device, queue) = adapter
+            .request_device(&descriptor)
+            .await
+            .map_err(|e| Error::device("device", "WebGPU's default limits", e))?;
+        Ok(Self { adapter: adapter.get_info(), device, queue, matrices })
+    }
+
+    /// The same, waiting for it. Products of matrices are tried out.
+    ///
+    /// # Errors
+    /// As [`Device::request`].
+    #[cfg(not(target_arch = "wasm32"))]
+    pub fn wait_for() -> Result<Self> {
+        wait(Self::request()).map(Self::tried)
+    }
+
+    /// The same of an adapter that the caller has chosen: one that draws on its window, say.
+    ///
+    /// # Errors
+    /// When it gives no device.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub fn of(adapter: &wgpu::Adapter) -> Result<Self> {
+        wait(Self::request_of(adapter)).map(Self::tried)
+    }
+
+    #[cfg(not(target_arch = "wasm32"))]
+    fn tried(self) -> Self {
+        let right = |m: &Matrices| matrix_trial::succeeds(*m, &self.device, &self.queue);
+        Self { matrices: self.matrices.filter(right), ..self }
+    }
+}
+
+/// The end of a future that ends by itself, as wgpu's do but for browsers.
+#[cfg(not(target_arch = "wasm32"))]
+pub fn wait<T>(future: impl Future<Output = T>) -> T {
+    let mut future = pin!(future);
+    loop {
+        if let Poll::Ready(done) = future.as_mut().poll(&mut Context::from_waker(Waker::noop())) {
+            return done;
+        }
+        std::thread::yield_now();
+    }
+}
+
+#[allow(unsafe_code, reason = "wgpu asks for a promise where a feature is experimental")]
+fn experimental(matrices: Option<Matrices>) -> wgpu::ExperimentalFeatures {
+    match matrices {
+        // SAFETY: products of matrices are all that is asked for, and only shaders of this crate that tests hold
+        // against plain loops compute them.
+        Some(_) => unsafe { wgpu::ExperimentalFeatures::enabled() },
+        None => wgpu::ExperimentalFeatures::disabled(),
+    }
+}
+
+/// What `make` makes; an error about `what` instead where the device has something against it.
+///
+/// Browsers tell later what they have against it, to the device's own handler.
+///
+/// # Errors
+/// Those of `make`, and what the device finds invalid or has no memory for.
+pub fn scoped<T>(device: &wgpu::Device, what: &str, make: impl FnOnce() -> Result<T>) -> Result<T> {
+    use wgpu::ErrorFilter::{Internal, OutOfMemory, Validation};
+    if cfg!(target_arch = "wasm32") {
+        return make();
+    }
+    let scopes = [Validation, OutOfMemory, Internal].map(|filter| device.push_error_scope(filter));
+    let made = make();
+    let mut found = None;
+    for scope in scopes.into_iter().rev() {
+        if let Poll::Ready(error) = pin!(scope.pop()).poll(&mut Context::from_waker(Waker::noop())) {
+            found = found.or(error);
+        }
+    }
+    match found {
+        Some(error) => Err(Error::device(what, "what the device accepts", error)),
+        None => made,
+    }
+}
+
+/// What the shaders need is what WebGPU promises; devices made for less are refused.
+pub(crate) fn check_limits(limits: &wgpu::Limits) -> Result<()> {
+    let needed = wgpu::Limits::defaults();
+    for (what, least, found) in [
+        (
+            "storage buffers of a shader",
+            needed.max_storage_buffers_per_shader_stage,
+            limits.max_storage_buffers_per_shader_stage,
+        ),
+        (
+            "invocations of a workgroup",
+            needed.max_compute_invocations_per_workgroup,
+            limits.max_compute_invocations_per_workgroup,
+        ),
+        (
+            "bytes of memory of a workgroup",
+            needed.max_compute_workgroup_storage_size,
+            limits.max_compute_workgroup_storage_size,
+        ),
+        (
+            "workgroups of a dimension",
+            needed.max_compute_workgroups_per_dimension,
+            limits.max_compute_workgroups_per_dimension,
+        ),
+    ] {
+        if found < least {
+            return Err(Error::device(what, format!("at least {least}"), found));
+        }
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn devices_made_for_less_than_webgpu_promises_are_refused() {
+        assert!(check_limits(&wgpu::Limits::defaults()).is_ok());
+        let error = check_limits(&wgpu::Limits::downlevel_defaults()).unwrap_err().to_string();
+        assert!(error.contains("storage buffers") && error.contains("at least 8"), "{error}");
+    }
+}

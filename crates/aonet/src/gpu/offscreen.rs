@@ -1,0 +1,201 @@
+//! A session on frames in main memory, for programs that do not render on the device.
+
+use crate::error::{Error, Result};
+use crate::frame::ao_image::{AoImage, AoParams};
+use crate::frame::gbuffer::GBuffer;
+use crate::gpu::device::{Device, scoped};
+use crate::gpu::options::{DepthEncoding, Frame, Kernels, Options, Precision};
+use crate::gpu::view::{Textures, View};
+use crate::net::gpu::Session;
+use crate::net::model::Model;
+use crate::search::Classic;
+use crate::search::gpu::ClassicSession;
+
+/// A session, textures of its size and a way back. What takes the time is copying and waiting.
+#[derive(Debug)]
+pub struct Offscreen {
+    device: Device,
+    session: Runs,
+    view: View,
+    normal: wgpu::Texture,
+    depth: wgpu::Texture,
+    visibility: wgpu::Texture,
+    back: wgpu::Buffer,
+}
+
+/// What runs.
+#[derive(Debug)]
+enum Runs {
+    Network(Session),
+    Classic(ClassicSession),
+}
+
+/// Frames in memory are floats.
+const OPTIONS: Options = Options {
+    precision: Precision::F32,
+    kernels: Kernels::Plain,
+    normals: crate::gpu::options::NormalEncoding::Plain,
+    normal_space: crate::gpu::options::NormalSpace::View,
+    depth: DepthEncoding::Linear,
+    output: wgpu::TextureFormat::R32Float,
+};
+
+impl Offscreen {
+    /// A session for frames of `size` (width, height) [px] with its own textures. It multiplies matrices where `precision`
+    /// comes to half floats and the device says how.
+    ///
+    /// # Errors
+    /// As [`Session::new`].
+    pub fn new(device: &Device, model: &Model, size: (usize, usize), precision: Precision) -> Result<Self> {
+        let kernels = device.matrices.map_or(Kernels::Plain, Kernels::Matrices);
+        let options = Options { precision, kernels, ..OPTIONS };
+        let session = Session::new((&device.device, &device.queue), model, size, options)?;
+        Self::of(device, Runs::Network(session), size)
+    }
+
+    /// The same for a classic method.
+    ///
+    /// # Errors
+    /// As [`ClassicSession::new`].
+    pub fn classic(device: &Device, method: &Classic, size: (usize, usize)) -> Result<Self> {
+        let session = ClassicSession::new((&device.device, &device.queue), method, size, OPTIONS)?;
+        Self::of(device, Runs::Classic(session), size)
+    }
+
+    fn of(device: &Device, session: Runs, size: (usize, usize)) -> Result<Self> {
+        scoped(&device.device, "textures", || {
+            let texture = |format, usage| {
+                device.device.create_texture(&wgpu::TextureDescriptor {
+                    label: Some("aonet offscreen"),
+                    size: extent(size),
+                    mip_level_count: 1,
+                    sample_count: 1,
+                    dimension: wgpu::TextureDimension::D2,
+                    format,
+                    usage,
+                    view_formats: &[],
+                })
+            };
+            let input = wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST;
+            let output = wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC;
+            let normal = texture(wgpu::TextureFormat::Rgba32Float, input);
+            let depth = texture(wgpu::TextureFormat::R32Float, input);
+            let visibility = texture(OPTIONS.output, output);
+            let [n, d, v] = [&normal, &depth, &visibility].map(|t| t.create_view(&Default::default()));
+            let view = session.view(Textures { normal: &n, depth: &d, visibility: &v })?;
+            let back = device.device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("aonet offscreen"),
+                size: (row_bytes(size.0) * size.1) as u64,
+                usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
+                mapped_at_creation: false,
+            });
+            Ok(Self { device: device.clone(), session, view, normal, depth, visibility, back })
+        })
+    }
+
+    /// Writes the visibility of a frame: in [0, 1], 1 on the background. Waits for the device.
+    ///
+    /// # Errors
+    /// When the frame or the image has another size than the session, or the device is lost.
+    pub fn run(&mut self, gbuffer: &GBuffer, params: AoParams, image: &mut AoImage) -> Result<()> {
+        let (width, height) = self.session.size();
+        if (image.width(), image.height()) != (width, height) {
+            let found = format!("{}x{}", image.width(), image.height());
+            return Err(Error::size("AO image of a session", format!("{width}x{height}"), found));
+        }
+        scoped(&self.device.device, "frame", || {
+            self.submit(gbuffer, params)?;
+            self.download(image)
+        })
+    }
+
+    fn submit(&self, gbuffer: &GBuffer, params: AoParams) -> Result<()> {
+        let (width, height) = self.session.size();
+        let frame = Frame { camera: *gbuffer.camera(), far: f32::INFINITY, params };
+        let mut encoder = self.device.device.create_command_encoder(&Default::default());
+        self.session.encode(&mut encoder, &self.view, &frame)?;
+        self.upload(gbuffer);
+        let layout = wgpu::TexelCopyBufferLayout {
+            offset: 0,
+            bytes_per_row: Some(row_bytes(width) as u32),
+            rows_per_image: None,
+        };
+        let to = wgpu::TexelCopyBufferInfo { buffer: &self.back, layout };
+        encoder.copy_texture_to_buffer(self.visibility.as_image_copy(), to, extent((width, height)));
+        self.device.queue.submit([encoder.finish()]);
+        Ok(())
+    }
+
+    fn upload(&self, gbuffer: &GBuffer) {
+        let normals = gbuffer.normal().iter().flat_map(|n| [n[0], n[1], n[2], 0.0]);
+        for (texture, values) in [
+            (&self.normal, normals.flat_map(f32::to_le_bytes).collect::<Vec<_>>()),
+            (&self.depth, gbuffer.depth().iter().flat_map(|d| d.to_le_bytes()).collect()),
+        ] {
+            let layout = wgpu::TexelCopyBufferLayout {
+                offset: 0,
+                bytes_per_row: Some((values.len() / gbuffer.height()) as u32),
+                rows_per_image: None,
+            };
+            let size = extent((gbuffer.width(), gbuffer.height()));
+            self.device.queue.write_texture(texture.as_image_copy(), &values, layout, size);
+        }
+    }
+
+    fn download(&self, image: &mut AoImage) -> Result<()> {
+        let lost = |found: String| Error::device("image of a frame", "one that can be read back", found);
+        self.back.map_async(wgpu::MapMode::Read, .., |_| ());
+        self.device.device.poll(wgpu::PollType::wait_indefinitely()).map_err(|e| lost(e.to_string()))?;
+        let width = image.width();
+        let copied = self.back.get_mapped_range(..).map_err(|e| lost(e.to_string())).map(|bytes| {
+            let rows = bytes.chunks_exact(row_bytes(width));
+            for (line, row) in image.visibility_mut().chunks_exact_mut(width).zip(rows) {
+                line.iter_mut().zip(row.chunks_exact(4)).for_each(|(value, b)| {
+                    *value = f32::from_le_bytes([b[0], b[1], b[2], b[3]]);
+                });
+            }
+        });
+        self.back.unmap();
+        copied
+    }
+
+    /// The numbers that it computes with.
+    pub fn precision(&self) -> Precision {
+        match &self.session {
+            Runs::Network(session) => session.precision(),
+            Runs::Classic(_) => Precision::F32,
+        }
+    }
+}
+
+impl Runs {
+    fn size(&self) -> (usize, usize) {
+        match self {
+            Self::Network(session) => session.plan().size,
+            Self::Classic(session) => session.size(),
+        }
+    }
+
+    fn view(&self, textures: Textures<'_>) -> Result<View> {
+        match self {
+            Self::Network(session) => session.view(textures),
+            Self::Classic(session) => session.view(textures),
+        }
+    }
+
+    fn encode(&self, encoder: &mut wgpu::CommandEncoder, view: &View, frame: &Frame) -> Result<()> {
+        match self {
+            Self::Network(session) => session.encode(encoder, view, frame),
+            Self::Classic(session) => session.encode(encoder, view, frame),
+        }
+    }
+}
+
+/// Bytes of a row on its way back.
+fn row_bytes(width: usize) -> usize {
+    (width * size_of::<f32>()).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT as usize)
+}
+
+fn extent((width, height): (usize, usize)) -> wgpu::Extent3d {
+    wgpu::Extent3d { width: width as u32, height: height as u32, depth_or_array_layers: 1 }
+}

@@ -1,0 +1,69 @@
+// An edge-aware 5x5 filter: neighbours count as far as they lie on the pixel's plane and face its way. CPU twin:
+// search/denoise.rs.
+
+@group(1) @binding(0) var<storage, read_write> filtered: array<f32>;
+@group(1) @binding(1) var<storage, read> found: array<f32>;
+
+const REACH: u32 = 2u;
+const TILE: vec2<u32> = vec2(16u, 8u);
+const WINDOW: vec2<u32> = TILE + 2u * REACH;
+/// Weights by distance: a Gaussian with a spread of 1.5 px. guess
+const SPATIAL: vec3<f32> = vec3(1.0, 0.8007, 0.4111);
+
+/// Normals and depth of the tile and what is beside it; the background's depth outside the frame.
+var<workgroup> surfaces: array<vec4<f32>, WINDOW.x * WINDOW.y>;
+var<workgroup> visibilities: array<f32, WINDOW.x * WINDOW.y>;
+
+fn load(group: vec2<u32>, index: u32) {
+    for (var i = index; i < WINDOW.x * WINDOW.y; i += TILE.x * TILE.y) {
+        let place = group * TILE + vec2(i % WINDOW.x, i / WINDOW.x);
+        let pixel = clamp(place, vec2(REACH), frame.size + REACH - 1u);
+        let s = surface_at(pixel - REACH);
+        surfaces[i] = vec4(s.normal, select(BACKGROUND, s.depth, all(pixel == place)));
+        visibilities[i] = found[(pixel.y - REACH) * frame.size.x + pixel.x - REACH];
+    }
+}
+
+@compute @workgroup_size(16, 8)
+fn main(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(local_invocation_id) local: vec3<u32>,
+    @builtin(local_invocation_index) index: u32,
+) {
+    load(group.xy, index);
+    workgroupBarrier();
+    let pixel = group.xy * TILE + local.xy;
+    if (pixel.x >= frame.size.x || pixel.y >= frame.size.y) {
+        return;
+    }
+    let centre = (local.y + REACH) * WINDOW.x + local.x + REACH;
+    let normal = surfaces[centre].xyz;
+    let depth = surfaces[centre].w;
+    if (depth >= BACKGROUND) {
+        filtered[pixel.y * frame.size.x + pixel.x] = 1.0;
+        return;
+    }
+    // From pixel to pixel on the screen, positions move by their size and by their difference in depth along the ray: so
+    // does the distance from the plane.
+    let tolerance = 1.0 / (PLANE * frame.radius);
+    let aside = vec2(normal.x, -normal.y) * (frame.pixel_size.x * depth + frame.pixel_size.y);
+    let ray_aside = vec2(normal.x, -normal.y) * frame.pixel_size.x;
+    let ray = dot(ray_aside, vec2<f32>(pixel) + 0.5 - 0.5 * vec2<f32>(frame.size)) - normal.z;
+    var sum = 0.0;
+    var weights = 0.0;
+    for (var dy = 0u; dy <= 2u * REACH; dy++) {
+        for (var dx = 0u; dx <= 2u * REACH; dx++) {
+            let at = (local.y + dy) * WINDOW.x + local.x + dx;
+            let neighbour = surfaces[at];
+            let step = vec2(f32(dx), f32(dy)) - f32(REACH);
+            let away = abs((neighbour.w - depth) * (ray + dot(ray_aside, step)) + dot(aside, step));
+            let facing = exp2(log2(max(dot(neighbour.xyz, normal), 1e-20)) * NORMAL);
+            let spatial = SPATIAL[u32(abs(step.x))] * SPATIAL[u32(abs(step.y))];
+            let counts = select(max(1.0 - away * tolerance, 0.0), 0.0, neighbour.w >= BACKGROUND);
+            let weight = spatial * counts * facing;
+            sum += visibilities[at] * weight;
+            weights += weight;
+        }
+    }
+    filtered[pixel.y * frame.size.x + pixel.x] = select(sum / weights, visibilities[centre], weights <= 1e-6);
+}

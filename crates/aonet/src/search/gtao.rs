@@ -1,0 +1,134 @@
+//! GTAO: two horizons a slice and the exact light between them.
+// Jimenez, Wu, Pesce, Jarabo 2016, Practical Real-Time Strategies for Accurate Indirect Occlusion; parameters and
+// presets as in Intel's XeGTAO 1.30. Where ours differs: a slice's light is divided by what it would be if open, so that
+// a plane is exactly 1; taps beside the slice are moved into it; taps outside the frame are skipped.
+
+use super::PixelMethod;
+use super::noise::noise_at;
+use super::params::filtered_params;
+use super::pyramid::Pyramid;
+use super::screen::{Pixels, Screen};
+use super::slice::Slice;
+use crate::simd::lanes::F;
+use crate::simd::{Isa, Wide};
+
+filtered_params! {
+    /// Parameters of GTAO. The defaults are XeGTAO's preset "High".
+    GtaoParams {
+        /// Slices a pixel: less noise.
+        slices: u32 = 3 in 1..=64,
+        /// Taps on each side of a slice: finds thinner occluders.
+        steps: u32 = 3 in 1..=64,
+        /// The radius of the search, as a factor on the AO radius: makes up for the fall-off.
+        radius_scale: f32 = 1.457 in 0.1..=4.0,
+        /// Part of the radius over which an occluder fades out; 0 is a hard end.
+        falloff: f32 = 0.615 in 0.0..=1.0,
+        /// Exponent of the taps' spacing: above 1, more of them lie near the pixel.
+        distribution: f32 = 2.0 in 1.0..=4.0,
+        /// How much farther an occluder counts that lies in front, as a factor on its depth difference minus one: less
+        /// darkness behind thin things.
+        thin_occluder: f32 = 0.0 in 0.0..=4.0,
+        /// Exponent on the visibility.
+        power: f32 = 2.2 in 0.2..=4.0,
+        /// Levels of the depth pyramid; 1 is none.
+        depth_levels: u32 = 5 in 1..=5,
+        /// Taps farther than two to the power of it [px] come from coarser levels.
+        depth_offset: f32 = 3.3 in 0.0..=8.0,
+    }
+}
+
+impl GtaoParams {
+    /// XeGTAO's quality presets: "Low", "Medium", "High" and "Ultra" by slices and steps.
+    pub const QUALITY: [(&'static str, u32, u32); 4] =
+        [("low", 1, 2), ("medium", 2, 2), ("high", 3, 3), ("ultra", 9, 3)];
+}
+
+/// GTAO of one frame.
+pub(crate) struct Gtao<'a> {
+    screen: &'a Screen<'a>,
+    params: GtaoParams,
+    pyramid: Pyramid,
+    /// [world units]
+    radius: f32,
+    /// How fast an occluder fades out [share a world unit].
+    fade: f32,
+}
+
+impl<'a> Gtao<'a> {
+    pub(crate) fn new(screen: &'a Screen<'a>, params: GtaoParams, isa: Isa) -> Self {
+        let radius = screen.radius * params.radius_scale;
+        // XeGTAO looks at three quarters of the radius when it builds the pyramid.
+        let levels = (params.depth_levels, params.depth_offset);
+        let pyramid = Pyramid::new(screen, levels, (0.75 * radius, params.falloff), isa);
+        let fade = 1.0 / (params.falloff.max(1e-3) * radius);
+        Self { screen, params, pyramid, radius, fade }
+    }
+
+    /// Cosine between the viewer and the highest occluder on both sides, the tangent plane at least.
+    #[inline(always)]
+    fn highest<S: Wide>(&self, p: &Pixels<S>, slice: &Slice<S>, jitter: F<S>) -> [F<S>; 2] {
+        let lowest = [-slice.sin_n, slice.sin_n];
+        let [mut right, mut left] = lowest;
+        let reach = p.radius_px * self.params.radius_scale;
+        for k in 0..self.params.steps {
+            let share =
+                taper((jitter + k as f32) * (1.0 / self.params.steps as f32), self.params.distribution);
+            let pixels = (share * reach).max(1.0 + k as f32);
+            right = right.max(self.occluder(p, slice, (pixels, 1.0), lowest[0]));
+            left = left.max(self.occluder(p, slice, (pixels, -1.0), lowest[1]));
+        }
+        [right, left]
+    }
+
+    /// Cosine between the viewer and what is so many pixels away on one side; as far as it is too far away, `lowest`.
+    #[inline(always)]
+    fn occluder<S: Wide>(
+        &self,
+        p: &Pixels<S>,
+        slice: &Slice<S>,
+        (pixels, sign): (F<S>, f32),
+        lowest: F<S>,
+    ) -> F<S> {
+        let tap = self.pyramid.tap(self.screen, slice.place(p, pixels * sign), pixels);
+        let at = slice.project(p, &tap);
+        let felt = if self.params.thin_occluder == 0.0 {
+            at.squared * at.inverse_distance
+        } else {
+            let before = at.towards * (1.0 + self.params.thin_occluder);
+            before.mul_add(before, at.along * at.along).sqrt()
+        };
+        let weight = tap.inside.select(felt.mul_add(-self.fade, self.radius * self.fade).saturate(), 0.0);
+        at.towards.mul_add(at.inverse_distance, -lowest).mul_add(weight, lowest)
+    }
+}
+
+impl PixelMethod for Gtao<'_> {
+    #[inline(always)]
+    fn visibility<S: Wide>(&self, p: &Pixels<S>, (x, y): (usize, usize)) -> F<S> {
+        let simd = p.x.simd();
+        let [turn, jitter] = noise_at(simd, x, y);
+        let inverse = 1.0 / self.params.slices as f32;
+        let (mut light, mut open) = (F::new(simd, 0.0), F::new(simd, 0.0));
+        for s in 0..self.params.slices {
+            let slice = Slice::new(p, (turn + s as f32) * inverse);
+            // The golden ratio keeps the slices' taps apart.
+            let jitter = (jitter + s as f32 * 0.618_034).fract();
+            let [right, left] = self.highest(p, &slice, jitter);
+            light += slice.normal_length * (slice.light_above(right, 1.0) + slice.light_above(left, -1.0));
+            open += slice.normal_length * slice.open();
+        }
+        power((light / open.max(1e-6)).saturate(), self.params.power)
+    }
+}
+
+/// `t` in [0, 1] to the power of `exponent`.
+#[inline(always)]
+pub(crate) fn taper<S: Wide>(t: F<S>, exponent: f32) -> F<S> {
+    if exponent == 2.0 { t * t } else { power(t, exponent) }
+}
+
+/// `v` in [0, 1] to the power of `exponent`.
+#[inline(always)]
+pub(crate) fn power<S: Wide>(v: F<S>, exponent: f32) -> F<S> {
+    if exponent == 1.0 { v } else { (v.max(1e-20).log2() * exponent).exp2() }
+}

@@ -1,0 +1,175 @@
+//! Parameters of the methods: one plain struct each, and a table of its fields for whoever sets them by name.
+
+use crate::error::{Error, Result};
+
+/// One parameter of a method `P`.
+#[derive(Debug)]
+pub struct Knob<P> {
+    /// Its name, as in the struct and in files.
+    pub name: &'static str,
+    /// What it does, and its unit.
+    pub doc: &'static str,
+    /// Least value.
+    pub low: f32,
+    /// Largest value.
+    pub high: f32,
+    /// Whether it counts something.
+    pub whole: bool,
+    /// Reads it.
+    pub get: fn(&P) -> f32,
+    /// Writes it, unchecked.
+    pub set: fn(&mut P, f32),
+}
+
+/// Parameters that can be listed, read and written by name.
+pub trait Knobs: Sized + Default + 'static {
+    /// All of them.
+    const KNOBS: &'static [Knob<Self>];
+
+    /// Sets one by name.
+    ///
+    /// # Errors
+    /// When there is no such parameter, or the value is NaN, out of range, or a fraction of something counted.
+    fn set(&mut self, name: &str, value: f32) -> Result<()> {
+        let Some(knob) = Self::KNOBS.iter().find(|knob| knob.name == name) else {
+            let names: Vec<_> = Self::KNOBS.iter().map(|knob| knob.name).collect();
+            return Err(Error::value("parameter", format!("one of {}", names.join(", ")), name));
+        };
+        knob.check(value)?;
+        (knob.set)(self, value);
+        Ok(())
+    }
+
+    /// The parameters after a check of every one.
+    ///
+    /// # Errors
+    /// Names the parameter, its range and what was found.
+    fn checked(self) -> Result<Self> {
+        Self::KNOBS.iter().try_for_each(|knob| knob.check((knob.get)(&self)))?;
+        Ok(self)
+    }
+}
+
+impl<P> Knob<P> {
+    fn check(&self, value: f32) -> Result<()> {
+        let (low, high) = (self.low, self.high);
+        if (low..=high).contains(&value) && (!self.whole || value.fract() == 0.0) {
+            return Ok(());
+        }
+        let kind = if self.whole { "a whole number" } else { "a number" };
+        Err(Error::value(self.name, format!("{kind} in {low}..={high}"), value))
+    }
+}
+
+/// A params struct: fields with type, default and range. `u32` fields count something.
+macro_rules! params {
+    (
+        $(#[doc = $about:literal])*
+        $name:ident {
+            $( $(#[doc = $doc:literal])* $field:ident: $type:ident = $default:literal in $low:literal..=$high:literal, )*
+        }
+    ) => {
+        $(#[doc = $about])*
+        #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+        #[serde(deny_unknown_fields)]
+        pub struct $name {
+            $(
+                $(#[doc = $doc])*
+                #[doc = concat!(" Default ", stringify!($default), "; ", stringify!($low), " to ", stringify!($high), ".")]
+                pub $field: $type,
+            )*
+        }
+
+        impl Default for $name {
+            fn default() -> Self {
+                Self { $($field: $default,)* }
+            }
+        }
+
+        impl $crate::search::params::Knobs for $name {
+            const KNOBS: &'static [$crate::search::params::Knob<Self>] = &[$(
+                $crate::search::params::Knob {
+                    name: stringify!($field),
+                    doc: concat!($($doc),*),
+                    low: $low as f32,
+                    high: $high as f32,
+                    whole: $crate::search::params::is_whole(stringify!($type)),
+                    get: |p| p.$field as f32,
+                    set: |p, value| p.$field = value as $type,
+                },
+            )*];
+        }
+    };
+}
+pub(crate) use params;
+
+/// The same with the parameters of the filter that runs after every method.
+macro_rules! filtered_params {
+    ($(#[doc = $about:literal])* $name:ident { $($fields:tt)* }) => {
+        $crate::search::params::params! {
+            $(#[doc = $about])*
+            $name {
+                $($fields)*
+                /// Passes of the edge-aware 5x5 filter.
+                denoise_passes: u32 = 1 in 0..=4,
+                /// Distance of a neighbour from the pixel's plane at which it stops counting [share of the AO radius].
+                denoise_plane: f32 = 0.05 in 0.001..=2.0,
+                /// Exponent on the cosine between the normals.
+                denoise_normal: f32 = 4.0 in 0.0..=64.0,
+            }
+        }
+
+        impl $name {
+            pub(crate) const fn denoise(&self) -> $crate::search::Denoise {
+                $crate::search::Denoise {
+                    passes: self.denoise_passes,
+                    plane: self.denoise_plane,
+                    normal: self.denoise_normal,
+                }
+            }
+        }
+    };
+}
+pub(crate) use filtered_params;
+
+pub(crate) const fn is_whole(type_name: &str) -> bool {
+    matches!(type_name.as_bytes(), b"u32")
+}
+
+#[cfg(test)]
+#[allow(unreachable_pub, reason = "the macro makes public structs")]
+mod tests {
+    use super::*;
+
+    params! {
+        /// For tests.
+        Toy {
+            /// Rays.
+            rays: u32 = 4 in 1..=16,
+            /// Thickness [share of the radius].
+            thickness: f32 = 0.5 in 0.0..=1.0,
+        }
+    }
+
+    #[test]
+    fn values_are_set_by_name_within_their_range() {
+        let mut toy = Toy::default();
+        assert_eq!(toy, Toy { rays: 4, thickness: 0.5 });
+        toy.set("rays", 8.0).unwrap();
+        toy.set("thickness", 0.0).unwrap();
+        assert_eq!(toy, Toy { rays: 8, thickness: 0.0 });
+        for (name, value, word) in [
+            ("rays", 0.0, "1..=16"),
+            ("rays", 1.5, "whole"),
+            ("rays", f32::NAN, "NaN"),
+            ("thickness", f32::NAN, "thickness"),
+            ("thickness", f32::INFINITY, "inf"),
+            ("colour", 1.0, "rays, thickness"),
+        ] {
+            let error = toy.set(name, value).unwrap_err().to_string();
+            assert!(error.contains(word), "{error}");
+        }
+        assert!(Toy { thickness: 2.0, ..toy }.checked().is_err());
+        assert!(Toy { rays: 0, ..toy }.checked().unwrap_err().to_string().contains("rays"));
+    }
+}

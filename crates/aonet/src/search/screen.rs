@@ -1,0 +1,179 @@
+//! The frame as the methods see it: positions and depths of sixteen pixels at once.
+
+use crate::frame::ao_image::AoParams;
+use crate::frame::camera::Projection;
+use crate::frame::gbuffer::GBuffer;
+use crate::simd::Wide;
+use crate::simd::integers::{U, Whole};
+use crate::simd::lanes::{F, LANES, Mask};
+use crate::simd::vector::V3;
+
+/// Depth of the background: beyond every scene, and squares of what comes of it are still floats.
+pub(super) const BACKGROUND: f32 = 1e16;
+
+/// A frame, its camera and the AO radius.
+#[derive(Debug)]
+pub(crate) struct Screen<'a> {
+    gbuffer: &'a GBuffer,
+    /// AO radius [world units].
+    pub(crate) radius: f32,
+    /// World units a pixel: the first times the depth plus the second. One of them is 0.
+    pixel_size: [f32; 2],
+    /// The middle of the frame (x, y) [px].
+    centre: [f32; 2],
+}
+
+/// Neighbouring pixels of a row.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Pixels<S: Wide> {
+    /// Pixel coordinates; whole numbers are the centres.
+    pub(crate) x: F<S>,
+    pub(crate) y: F<S>,
+    /// The same as whole numbers, and row-major.
+    pub(crate) column: U<S>,
+    pub(crate) row: U<S>,
+    pub(crate) index: U<S>,
+    /// View space.
+    pub(crate) position: V3<S>,
+    pub(crate) normal: V3<S>,
+    /// Unit vector towards the camera.
+    pub(crate) to_viewer: V3<S>,
+    /// Length of the pixel's ray for each unit of depth.
+    pub(crate) ray_length: F<S>,
+    /// The AO radius on the screen [px].
+    pub(crate) radius_px: F<S>,
+}
+
+/// What a place on the screen shows.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Tap<S: Wide> {
+    /// View-space position; far away on the background.
+    pub(crate) position: V3<S>,
+    /// Row-major index of the pixel.
+    pub(crate) index: U<S>,
+    /// Whether the place lies in the frame.
+    pub(crate) inside: Mask<S>,
+}
+
+impl<'a> Screen<'a> {
+    pub(crate) fn new(gbuffer: &'a GBuffer, params: AoParams) -> Self {
+        let camera = gbuffer.camera();
+        let focal = camera.focal_px();
+        let perspective = matches!(camera.projection, Projection::Perspective { .. });
+        let pixel_size = if perspective { [1.0 / focal, 0.0] } else { [0.0, 1.0 / focal] };
+        let centre = [gbuffer.width(), gbuffer.height()].map(|side| 0.5 * side as f32 - 0.5);
+        Self { gbuffer, radius: params.radius, pixel_size, centre }
+    }
+
+    pub(crate) fn gbuffer(&self) -> &'a GBuffer {
+        self.gbuffer
+    }
+
+    /// Width and height [px].
+    pub(crate) fn size(&self) -> (usize, usize) {
+        (self.gbuffer.width(), self.gbuffer.height())
+    }
+
+    /// Row `y` of an image of the frame's size.
+    #[inline(always)]
+    pub(crate) fn row<'v, T>(&self, image: &'v [T], y: usize) -> &'v [T] {
+        &image[y * self.gbuffer.width()..][..self.gbuffer.width()]
+    }
+
+    /// The pixels from (`x`, `y`) on; beyond the row, its last pixel again.
+    #[inline(always)]
+    pub(crate) fn pixels<S: Wide>(&self, simd: S, x: usize, y: usize) -> Pixels<S> {
+        let found = F::load(simd, neighbours(self.row(self.gbuffer.depth(), y), x, &mut [0.0; LANES]));
+        // Any finite depth will do where there is none.
+        let depth = found.lt(BACKGROUND).select(found, 1.0);
+        let mut edge = [[0.0; 3]; LANES];
+        let normals = neighbours(self.row(self.gbuffer.normal(), y), x, &mut edge);
+        let (px, py) = (F::counting_from(simd, x as f32), F::new(simd, y as f32));
+        let (column, row) = (px.round(), (y as u32).whole_lanes(simd));
+        // Where the ray through the pixel is one unit of depth farther.
+        let ([cx, cy], slope) = (self.centre, self.pixel_size[0]);
+        let ray = V3 { x: (px - cx) * slope, y: (cy - py) * slope, z: F::new(simd, -1.0) };
+        let squared = ray.dot(ray);
+        let inverse = squared.inverse_sqrt();
+        Pixels {
+            x: px,
+            y: py,
+            column,
+            row,
+            index: row * self.gbuffer.width() as u32 + column,
+            position: self.position(px, py, depth),
+            normal: V3::from_triples(simd, normals),
+            to_viewer: ray * -inverse,
+            ray_length: squared * inverse,
+            radius_px: self.radius / self.pixel_size(depth),
+        }
+    }
+
+    /// View-space position of a place on the screen at a depth.
+    #[inline(always)]
+    pub(crate) fn position<S: Wide>(&self, x: F<S>, y: F<S>, depth: F<S>) -> V3<S> {
+        let ([cx, cy], scale) = (self.centre, self.pixel_size(depth));
+        V3 { x: (x - cx) * scale, y: (cy - y) * scale, z: -depth }
+    }
+
+    /// The place on the screen (x, y) [px] of a view-space position in front of the camera.
+    #[inline(always)]
+    pub(crate) fn place<S: Wide>(&self, position: V3<S>) -> (F<S>, F<S>) {
+        let ([cx, cy], scale) = (self.centre, 1.0 / self.pixel_size(-position.z));
+        (position.x.mul_add(scale, cx), (-position.y).mul_add(scale, cy))
+    }
+
+    /// World units a pixel at a depth.
+    #[inline(always)]
+    pub(crate) fn pixel_size<S: Wide>(&self, depth: F<S>) -> F<S> {
+        depth.mul_add(self.pixel_size[0], self.pixel_size[1])
+    }
+
+    /// The same as a linear function of the depth: slope and value at 0, one of which is 0.
+    #[inline(always)]
+    pub(crate) fn pixel_size_line(&self) -> [f32; 2] {
+        self.pixel_size
+    }
+
+    /// How fast positions along each pixel's ray leave its plane: world units for each of depth.
+    #[inline(always)]
+    pub(crate) fn along_ray<S: Wide>(&self, p: &Pixels<S>) -> F<S> {
+        let ([cx, cy], slope) = (self.centre, self.pixel_size[0]);
+        let (x, y) = ((p.x - cx) * slope, (cy - p.y) * slope);
+        x.mul_add(p.normal.x, y.mul_add(p.normal.y, -p.normal.z))
+    }
+
+    /// Column and row of the pixel nearest to a place on the screen, the edge's where it is outside; whether it is inside.
+    #[inline(always)]
+    pub(crate) fn nearest<S: Wide>(&self, (x, y): (F<S>, F<S>)) -> ([U<S>; 2], Mask<S>) {
+        let (width, height) = self.size();
+        let (right, bottom) = (width as f32 - 0.5, height as f32 - 0.5);
+        let inside = x.le(right) & y.le(bottom) & !x.lt(-0.5) & !y.lt(-0.5);
+        ([x.index(width - 1), y.index(height - 1)], inside)
+    }
+
+    /// The pixel nearest to a place on the screen: the edge's where it is outside.
+    #[inline(always)]
+    pub(crate) fn tap<S: Wide>(&self, place: (F<S>, F<S>)) -> Tap<S> {
+        let ([column, row], inside) = self.nearest(place);
+        let index = row * self.gbuffer.width() as u32 + column;
+        let depth = index.gather(self.gbuffer.depth()).min(BACKGROUND);
+        Tap { position: self.position(column.float(), row.float(), depth), index, inside }
+    }
+
+    /// View-space normal of a pixel; zero on the background.
+    #[inline(always)]
+    pub(crate) fn normal<S: Wide>(&self, index: U<S>) -> V3<S> {
+        let (first, normals) = (index * 3, self.gbuffer.normal().as_flattened());
+        V3 { x: first.gather(normals), y: (first + 1).gather(normals), z: (first + 2).gather(normals) }
+    }
+}
+
+/// Sixteen values of a row from `x` on; beyond its end the last one again, in the place that `edge` has for them.
+#[inline(always)]
+pub(crate) fn neighbours<'v, T: Copy>(row: &'v [T], x: usize, edge: &'v mut [T; LANES]) -> &'v [T; LANES] {
+    row.get(x..).and_then(|rest| rest.first_chunk()).unwrap_or_else(|| {
+        *edge = std::array::from_fn(|i| row[(x + i).min(row.len() - 1)]);
+        edge
+    })
+}

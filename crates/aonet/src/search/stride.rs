@@ -1,0 +1,79 @@
+//! Steps of whole pixels along a slice, whose two ends share most of the arithmetic.
+
+use super::screen::{BACKGROUND, Pixels, Screen};
+use super::slice::Slice;
+use crate::simd::Wide;
+use crate::simd::integers::U;
+use crate::simd::lanes::{F, Mask};
+
+/// Longest stride [px]: beyond every frame, and whole numbers of it are still floats.
+const LONGEST: f32 = 65_536.0;
+
+/// A step of every pixel to one beside it.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Stride<S: Wide> {
+    /// To the right and down [px].
+    columns: U<S>,
+    rows: U<S>,
+    /// In a row-major image.
+    places: U<S>,
+    /// Towards the viewer, and along the slice: world units for each that a pixel is wide.
+    towards: F<S>,
+    along: F<S>,
+}
+
+/// What is at the end of a stride, in its slice and seen from the pixel.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Seen<S: Wide> {
+    /// Towards the viewer [world units].
+    pub(crate) towards: F<S>,
+    /// Its distance, squared.
+    pub(crate) squared: F<S>,
+}
+
+impl<S: Wide> Stride<S> {
+    /// To the pixel nearest to so many along the slice.
+    #[inline(always)]
+    pub(crate) fn new(screen: &Screen<'_>, slice: &Slice<S>, pixels: F<S>) -> Self {
+        let pixels = pixels.min(LONGEST);
+        let (columns, rows) = ((slice.dx * pixels).round(), (slice.dy * -pixels).round());
+        let (right, up) = (columns.float(), -rows.float());
+        Self {
+            columns,
+            rows,
+            places: rows * screen.size().0 as u32 + columns,
+            towards: slice.towards.x.mul_add(right, slice.towards.y * up),
+            along: slice.along.x.mul_add(right, slice.along.y * up),
+        }
+    }
+
+    /// As far the other way.
+    #[inline(always)]
+    pub(crate) fn reversed(self) -> Self {
+        Self {
+            columns: -self.columns,
+            rows: -self.rows,
+            places: -self.places,
+            towards: -self.towards,
+            along: -self.along,
+        }
+    }
+
+    /// Whether that is in the frame.
+    #[inline(always)]
+    pub(crate) fn inside(&self, screen: &Screen<'_>, p: &Pixels<S>) -> Mask<S> {
+        let (width, height) = screen.size();
+        (p.column + self.columns).lt(width as u32) & (p.row + self.rows).lt(height as u32)
+    }
+
+    /// What is there, moved into the slice along the tangent plane.
+    // A pixel's ray goes away from the viewer and not along: where a tap is deeper, only `towards` is less.
+    #[inline(always)]
+    pub(crate) fn look(&self, screen: &Screen<'_>, p: &Pixels<S>) -> Seen<S> {
+        let depth = (p.index + self.places).gather(screen.gbuffer().depth()).min(BACKGROUND);
+        let size = screen.pixel_size(depth);
+        let farther = (depth + p.position.z) * p.ray_length;
+        let (towards, along) = (size.mul_add(self.towards, -farther), size * self.along);
+        Seen { towards, squared: towards.mul_add(towards, along * along) }
+    }
+}

@@ -1,0 +1,102 @@
+//! Whole numbers of sixteen pixels: places in memory, and bits.
+
+use crate::simd::Wide;
+use crate::simd::lanes::{F, Mask};
+use std::ops::{Add, BitAnd, BitOr, Mul, Neg, Shl, Shr, Sub};
+
+/// A whole number of every pixel; it wraps around.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct U<S: Wide>(pub(super) S, pub(super) S::U);
+
+impl<S: Wide> U<S> {
+    /// The instructions that it is computed with.
+    #[inline(always)]
+    pub(crate) fn simd(self) -> S {
+        self.0
+    }
+
+    #[cfg(test)]
+    pub(crate) fn array(self) -> [u32; crate::simd::lanes::LANES] {
+        self.float_of_bits().array().map(f32::to_bits)
+    }
+
+    /// Signed numbers as floats.
+    #[inline(always)]
+    pub(crate) fn float(self) -> F<S> {
+        F(self.0, self.0.float(self.1))
+    }
+
+    #[inline(always)]
+    pub(crate) fn float_of_bits(self) -> F<S> {
+        F(self.0, self.0.float_of_bits(self.1))
+    }
+
+    /// The values at these places; those beyond the end are at the last one.
+    #[inline(always)]
+    pub(crate) fn gather(self, values: &[f32]) -> F<S> {
+        F(self.0, self.0.gather(values, self.1))
+    }
+
+    /// Whether it is less, both without a sign.
+    #[inline(always)]
+    pub(crate) fn lt(self, other: impl Whole<S>) -> Mask<S> {
+        Mask(self.0, self.0.lt_u(self.1, other.whole_lanes(self.0).1))
+    }
+
+    /// How many bits are set.
+    #[inline(always)]
+    pub(crate) fn count_ones(self) -> Self {
+        let pairs = (self & 0x5555_5555) + ((self >> 1) & 0x5555_5555);
+        let fours = (pairs & 0x3333_3333) + ((pairs >> 2) & 0x3333_3333);
+        let bytes = (fours + (fours >> 4)) & 0x0f0f_0f0f;
+        (bytes * 0x0101_0101) >> 24
+    }
+}
+
+/// Whole numbers of every pixel, or one for all.
+pub(crate) trait Whole<S: Wide>: Copy {
+    fn whole_lanes(self, simd: S) -> U<S>;
+}
+
+impl<S: Wide> Whole<S> for U<S> {
+    #[inline(always)]
+    fn whole_lanes(self, _: S) -> U<S> {
+        self
+    }
+}
+
+impl<S: Wide> Whole<S> for u32 {
+    #[inline(always)]
+    fn whole_lanes(self, simd: S) -> U<S> {
+        U(simd, simd.splat_u(self))
+    }
+}
+
+impl<S: Wide> Neg for U<S> {
+    type Output = U<S>;
+    #[inline(always)]
+    fn neg(self) -> U<S> {
+        0.whole_lanes(self.0) - self
+    }
+}
+
+macro_rules! whole_operator {
+    ($($trait:ident, $name:ident, $op:ident;)+) => {
+        $(impl<S: Wide, T: Whole<S>> $trait<T> for U<S> {
+            type Output = U<S>;
+            #[inline(always)]
+            fn $name(self, other: T) -> U<S> {
+                U(self.0, self.0.$op(self.1, other.whole_lanes(self.0).1))
+            }
+        })+
+    };
+}
+whole_operator! {
+    Add, add, add_u;
+    Sub, sub, sub_u;
+    Mul, mul, mul_u;
+    BitAnd, bitand, and_u;
+    BitOr, bitor, or_u;
+    Shl, shl, shl_u;
+    Shr, shr, shr_u;
+}

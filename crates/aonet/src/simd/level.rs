@@ -1,0 +1,94 @@
+//! Which vector instructions a session uses.
+
+use crate::error::{Error, Result};
+use crate::simd::{Kernel, Portable, Simd};
+
+/// A set of vector instructions.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Level {
+    /// What the compiler makes of plain loops; NEON on aarch64.
+    Portable,
+    /// AVX2 and FMA: eight lanes.
+    Avx2,
+    /// AVX-512F: sixteen lanes.
+    Avx512,
+}
+
+impl Level {
+    /// The levels that this machine has, slowest first.
+    pub fn available() -> impl Iterator<Item = Self> {
+        [Self::Portable, Self::Avx2, Self::Avx512].into_iter().filter(|level| Isa::new(*level).is_ok())
+    }
+
+    /// The fastest level that this machine has.
+    pub fn best() -> Self {
+        Self::available().last().unwrap_or(Self::Portable)
+    }
+}
+
+/// A level that this machine has been found to have.
+#[derive(Debug, Clone, Copy)]
+pub enum Isa {
+    /// [`Level::Portable`].
+    Portable,
+    /// [`Level::Avx2`].
+    #[cfg(target_arch = "x86_64")]
+    Avx2(super::x86::Avx2),
+    /// [`Level::Avx512`].
+    #[cfg(target_arch = "x86_64")]
+    Avx512(super::x86::Avx512),
+}
+
+impl Isa {
+    /// The level's instructions.
+    ///
+    /// # Errors
+    /// When the machine does not have the level.
+    pub fn new(level: Level) -> Result<Self> {
+        #[cfg(target_arch = "x86_64")]
+        use super::x86::{Avx2, Avx512};
+        match level {
+            Level::Portable => Some(Self::Portable),
+            #[cfg(target_arch = "x86_64")]
+            Level::Avx2 => Avx2::detect().map(Self::Avx2),
+            #[cfg(target_arch = "x86_64")]
+            Level::Avx512 => Avx512::detect().map(Self::Avx512),
+            #[cfg(not(target_arch = "x86_64"))]
+            Level::Avx2 | Level::Avx512 => None,
+        }
+        .ok_or_else(|| Error::value("vector instructions", "a level of this machine", format!("{level:?}")))
+    }
+
+    /// Values in a vector: the size of a block of channels.
+    pub(crate) fn lanes(self) -> usize {
+        match self {
+            Self::Portable => Portable::LANES,
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx2(_) => super::x86::Avx2::LANES,
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx512(_) => super::x86::Avx512::LANES,
+        }
+    }
+
+    /// Vectors that a loop can accumulate into.
+    pub(crate) fn accumulators(self) -> usize {
+        match self {
+            Self::Portable => Portable::ACCUMULATORS,
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx2(_) => super::x86::Avx2::ACCUMULATORS,
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx512(_) => super::x86::Avx512::ACCUMULATORS,
+        }
+    }
+
+    /// Runs a kernel with these instructions.
+    pub fn run(self, kernel: impl Kernel) {
+        match self {
+            Self::Portable => kernel.run(Portable),
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx2(simd) => simd.run(kernel),
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx512(simd) => simd.run(kernel),
+        }
+    }
+}

@@ -1,0 +1,143 @@
+//! AO images alone: OpenEXR or PNG, by the file's extension.
+//!
+//! Values are linear visibility in [0, 1]: a PNG holds `round(65535 v)` as 16-bit grey, with no gamma.
+
+use crate::exr_file::{ExrFile, Plane, encode};
+use crate::frame::channels;
+use aonet::AoImage;
+use aonet_scene::atomic_file;
+use aonet_scene::error::{Error, Result};
+use exr::prelude::FlatSamples;
+use image::{ImageBuffer, ImageFormat, ImageReader, Limits, Luma};
+use std::io::Cursor;
+use std::path::Path;
+
+/// The chunk at the end of every PNG: no data, its name, its checksum.
+const PNG_END: &[u8] = b"\0\0\0\0IEND\xae\x42\x60\x82";
+
+/// Writes `image` as `.exr` (channel `ao`, 32-bit) or `.png` (16-bit grey).
+///
+/// # Errors
+/// When the extension is another one, or the file cannot be written; nothing is left behind then.
+pub fn save_ao(path: &Path, image: &AoImage) -> Result<()> {
+    let size = (image.width(), image.height());
+    let bytes = match extension(path).as_str() {
+        "exr" => {
+            let plane = Plane { name: "ao", samples: FlatSamples::F32(image.visibility().to_vec()) };
+            encode(size, vec![plane], None, None).map_err(Error::in_file(path))?
+        }
+        "png" => {
+            let grey =
+                image.visibility().iter().map(|v| (v.clamp(0.0, 1.0) * 65535.0).round() as u16).collect();
+            let buffer: ImageBuffer<Luma<u16>, Vec<u16>> =
+                ImageBuffer::from_vec(size.0 as u32, size.1 as u32, grey).expect("one value a pixel");
+            let mut bytes = Cursor::new(Vec::new());
+            buffer.write_to(&mut bytes, ImageFormat::Png).map_err(|e| Error::file(path, "a PNG", e))?;
+            bytes.into_inner()
+        }
+        other => return Err(unknown(path, other)),
+    };
+    atomic_file::write(path, &bytes)
+}
+
+/// Reads an AO image: of an `.exr` the channel that [`Frame::load`](crate::frame::Frame::load) would take for AO, else
+/// `Y`, `V` or `R`; of a `.png` the grey value.
+///
+/// # Errors
+/// When the file is broken, or holds no such channel or a NaN.
+pub fn load_ao(path: &Path) -> Result<AoImage> {
+    let bytes = std::fs::read(path).map_err(Error::io(path))?;
+    match extension(path).as_str() {
+        "exr" => from_exr(&bytes).map_err(Error::in_file(path)),
+        "png" => from_png(path, &bytes),
+        other => Err(unknown(path, other)),
+    }
+}
+
+fn from_exr(bytes: &[u8]) -> aonet::Result<AoImage> {
+    let file = ExrFile::open(bytes)?;
+    let (width, height) = file.size();
+    let Some(channel) = channels::ao(file.channels()).cloned() else {
+        let expected = "a channel ao, AO.R, LAYER.AO.R, …, or Y, V or R alone";
+        return Err(aonet::Error::format("AO image", expected, channels::list(file.channels())));
+    };
+    let planes = file.planes(&[(channel, 1.0)])?;
+    let values = planes.into_iter().next().unwrap_or_default();
+    AoImage::new(width, height, values)
+}
+
+fn from_png(path: &Path, bytes: &[u8]) -> Result<AoImage> {
+    let wrong = |e: image::ImageError| Error::file(path, "a PNG", e);
+    let mut reader = ImageReader::with_format(Cursor::new(bytes), ImageFormat::Png);
+    // DEFLATE expands at most 1032 times.
+    let mut limits = Limits::default();
+    limits.max_alloc = Some(bytes.len() as u64 * 1100 + (1 << 20));
+    reader.limits(limits);
+    let grey = reader.decode().map_err(wrong)?.into_luma16();
+    // The decoder is content with every pixel; a file that was cut is refused all the same.
+    if !bytes.windows(PNG_END.len()).rev().any(|chunk| chunk == PNG_END) {
+        return Err(Error::file(path, "a whole PNG", "no end of image"));
+    }
+    let values = grey.as_raw().iter().map(|v| f32::from(*v) / 65535.0).collect();
+    AoImage::new(grey.width() as usize, grey.height() as usize, values).map_err(Error::in_file(path))
+}
+
+fn extension(path: &Path) -> String {
+    path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase()
+}
+
+fn unknown(path: &Path, extension: &str) -> Error {
+    Error::file(path, "the extension .exr or .png", format!("{extension:?}"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn ramp() -> AoImage {
+        AoImage::new(7, 3, (0..21).map(|i| i as f32 / 20.0).collect()).unwrap()
+    }
+
+    #[test]
+    fn both_formats_round_trip() {
+        let dir = tempfile::tempdir().unwrap();
+        for (name, tolerance) in [("a.exr", 0.0), ("a.png", 1.0 / 65535.0)] {
+            let path = dir.path().join(name);
+            save_ao(&path, &ramp()).unwrap();
+            let found = load_ao(&path).unwrap();
+            for (a, b) in ramp().visibility().iter().zip(found.visibility()) {
+                assert!((a - b).abs() <= tolerance, "{name}: {a} {b}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_pass_called_ao_is_found_and_a_normal_is_not_taken_for_it() {
+        let file = |name| {
+            let plane = Plane { name, samples: FlatSamples::F32(ramp().visibility().to_vec()) };
+            encode((7, 3), vec![plane], None, None).unwrap()
+        };
+        for name in ["ao", "Y", "R", "AO.R", "ViewLayer.AO.R", "ViewLayer.Ambient Occlusion.R", "scene.ao"] {
+            assert_eq!(from_exr(&file(name)).unwrap(), ramp(), "{name}");
+        }
+        for name in ["normal.Y", "Normal.R", "depth", "shadow_chao.R"] {
+            assert!(from_exr(&file(name)).unwrap_err().to_string().contains(name), "{name}");
+        }
+    }
+
+    #[test]
+    fn truncated_and_unknown_files_are_refused_by_name() {
+        let dir = tempfile::tempdir().unwrap();
+        for name in ["a.exr", "a.png"] {
+            let path = dir.path().join(name);
+            save_ao(&path, &ramp()).unwrap();
+            let bytes = std::fs::read(&path).unwrap();
+            for end in [0, 4, bytes.len() / 2, bytes.len() - 5] {
+                std::fs::write(&path, &bytes[..end]).unwrap();
+                assert!(load_ao(&path).unwrap_err().to_string().contains(name));
+            }
+        }
+        let error = save_ao(&dir.path().join("a.jpg"), &ramp()).unwrap_err().to_string();
+        assert!(error.contains("a.jpg") && error.contains(".png"), "{error}");
+    }
+}

@@ -1,0 +1,37 @@
+//! What the convolutions of a network read on the frames of a dataset: what integers have to cover.
+
+use crate::dataset::{FrameEntry, Manifest, Split};
+use crate::eval::read;
+use aonet::AoImage;
+use aonet::net::Model;
+use aonet::net::cpu::Session;
+use aonet::net::model::Ranges;
+use aonet_scene::Result;
+use aonet_scene::error::Error;
+
+/// Ranges of `model` on `count` training frames of the dataset, evenly spread. `progress` is called once a frame with the
+/// number of frames done and of all.
+///
+/// # Errors
+/// When a frame is broken, or there are no training frames.
+pub fn ranges(
+    model: &Model,
+    manifest: &Manifest,
+    (count, threads): (usize, usize),
+    progress: &dyn Fn(usize, usize),
+) -> Result<Ranges> {
+    let train: Vec<&FrameEntry> = manifest.frames(Split::Train).collect();
+    let count = count.min(train.len());
+    if count == 0 {
+        return Err(Error::file(manifest.dir(), "training frames to calibrate with", "none"));
+    }
+    let mut ranges = Ranges::new();
+    for k in 0..count {
+        let (gbuffer, params, _) = read(manifest, train[k * train.len() / count])?;
+        let (width, height) = (gbuffer.width(), gbuffer.height());
+        let mut image = AoImage::open(width, height)?;
+        Session::new(model, width, height, threads)?.calibrate(&gbuffer, params, &mut image, &mut ranges)?;
+        progress(k + 1, count);
+    }
+    Ok(ranges)
+}

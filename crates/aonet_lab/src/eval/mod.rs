@@ -1,0 +1,362 @@
+//! Methods against the reference on the frames of a dataset: one table.
+
+pub mod phenomena;
+
+use crate::dataset::{FrameEntry, Manifest, Split};
+use crate::frame::{Frame, FrameHints};
+use crate::timing;
+use aonet::metrics::{self, Comparison, Scores};
+use aonet::net::Model;
+use aonet::net::cpu::{Options, Session};
+use aonet::search::Classic;
+use aonet::{AoImage, AoParams, GBuffer};
+use aonet_scene::error::{Error, Result};
+use phenomena::{Breakdown, RadiusClass};
+use rayon::ThreadPool;
+use serde::Serialize;
+use std::collections::BTreeMap;
+use std::time::Instant;
+
+/// Training frames that [`mean_visibility`] reads. guess: enough for two digits.
+const MEAN_FRAMES: usize = 100;
+
+/// Something that turns a G-buffer into AO.
+#[derive(Debug, Clone, Copy)]
+pub enum Method<'a> {
+    /// The same value everywhere (1 on the background): the row that gives the others their meaning.
+    Constant(f32),
+    /// A network on the CPU.
+    Network {
+        /// The network.
+        model: &'a Model,
+        /// How it is run.
+        options: Options,
+    },
+    /// A method without a network, on the CPU.
+    Classic {
+        /// The method and its parameters.
+        method: &'a Classic,
+        /// Threads to run it with.
+        pool: &'a ThreadPool,
+    },
+}
+
+impl<'a> Method<'a> {
+    /// A network in f32 on `threads` threads, > 0.
+    pub fn network(model: &'a Model, threads: usize) -> Self {
+        Self::Network { model, options: Options { threads, ..Options::default() } }
+    }
+}
+
+/// A named method.
+pub struct Contestant<'a> {
+    /// What the table calls it.
+    pub name: String,
+    /// What is run.
+    pub method: Method<'a>,
+}
+
+/// Means over frames.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Row {
+    /// Frames.
+    pub frames: usize,
+    /// SSIM, Gaussian window, full frame.
+    pub ssim: f64,
+    /// SSIM, flat 8x8 window, full frame.
+    pub ssim_8x8: f64,
+    /// Mean of the frames' PSNR [dB], full frame.
+    pub psnr: f64,
+    /// PSNR of the mean squared error over all pixels [dB].
+    pub psnr_pooled: f64,
+    /// SSIM over Gaussian windows centred on foreground; frames without any are left out, here and below.
+    pub ssim_foreground: Option<f64>,
+    /// The same of the flat 8x8 window.
+    pub ssim_8x8_foreground: Option<f64>,
+    /// Mean of the frames' PSNR over foreground pixels [dB].
+    pub psnr_foreground: Option<f64>,
+    /// PSNR of the mean squared error over all foreground pixels [dB].
+    pub psnr_pooled_foreground: Option<f64>,
+    /// Median time a frame [ms]; nothing for a constant.
+    pub ms: Option<f64>,
+}
+
+/// Rows by method, over everything and by scene.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Table {
+    /// Method and means, in the order given.
+    pub overall: Vec<(String, Row)>,
+    /// The same for each scene.
+    pub by_scene: BTreeMap<String, Vec<(String, Row)>>,
+    /// Where each method errs, in the order given.
+    pub breakdown: Vec<(String, Breakdown)>,
+}
+
+struct Measured {
+    scene: String,
+    comparison: Comparison,
+    ms: Option<f64>,
+}
+
+/// Scores `contestants` on every frame of `split`. `progress` is called once a frame.
+///
+/// # Errors
+/// When a frame is broken or has no reference, or the split is empty.
+pub fn evaluate(
+    manifest: &Manifest,
+    split: Split,
+    contestants: &[Contestant<'_>],
+    progress: &dyn Fn(usize, usize),
+) -> Result<Table> {
+    let entries: Vec<&FrameEntry> = manifest.frames(split).collect();
+    if entries.is_empty() {
+        return Err(Error::file(manifest.dir(), format!("frames of the split `{}`", split.name()), "none"));
+    }
+    let mut runners: Vec<Runner> = contestants.iter().map(|c| Runner::new(c.method)).collect();
+    let mut breakdown = vec![Breakdown::default(); contestants.len()];
+    let mut measured: Vec<Vec<Measured>> = contestants.iter().map(|_| Vec::new()).collect();
+    for (done, entry) in entries.iter().enumerate() {
+        let (gbuffer, params, reference) = read(manifest, entry)?;
+        let foreground: Vec<bool> = (0..gbuffer.depth().len()).map(|i| gbuffer.is_foreground(i)).collect();
+        let masks = phenomena::masks(&gbuffer, params, &reference);
+        let radius = RadiusClass::of(&gbuffer, params);
+        let results = measured.iter_mut().zip(&mut breakdown);
+        for (runner, (results, breakdown)) in runners.iter_mut().zip(results) {
+            let (image, ms) = runner.run(&gbuffer, params)?;
+            for (error, mask) in breakdown.phenomena.iter_mut().zip(&masks) {
+                error.add(&reference, &image, mask);
+            }
+            if let Some(class) = radius {
+                breakdown.radii[class as usize].add(&reference, &image, &foreground);
+            }
+            let comparison = metrics::compare(&reference, &image, Some(&foreground))
+                .map_err(Error::in_file(&manifest.path(entry)))?;
+            results.push(Measured { scene: entry.scene.clone(), comparison, ms });
+        }
+        progress(done + 1, entries.len());
+    }
+    let names = contestants.iter().map(|c| c.name.clone());
+    Ok(Table { breakdown: names.zip(breakdown).collect(), ..table(contestants, &measured) })
+}
+
+/// AO of a frame by a method, and the time it took [ms]; the background is 1.
+///
+/// # Errors
+/// When the frame's size is out of range.
+pub fn run(method: &Method<'_>, gbuffer: &GBuffer, params: AoParams) -> Result<(AoImage, Option<f64>)> {
+    Runner::new(*method).run(gbuffer, params)
+}
+
+/// A method, and the session of its last frame: most datasets have frames of one size.
+struct Runner<'a> {
+    method: Method<'a>,
+    session: Option<((usize, usize), Session)>,
+}
+
+impl<'a> Runner<'a> {
+    fn new(method: Method<'a>) -> Self {
+        Self { method, session: None }
+    }
+
+    fn run(&mut self, gbuffer: &GBuffer, params: AoParams) -> Result<(AoImage, Option<f64>)> {
+        let size = (gbuffer.width(), gbuffer.height());
+        let mut image = AoImage::open(size.0, size.1)?;
+        match self.method {
+            Method::Constant(value) => {
+                let pixels = image.visibility_mut().iter_mut().enumerate();
+                pixels.filter(|(i, _)| gbuffer.is_foreground(*i)).for_each(|(_, v)| *v = value);
+                Ok((image, None))
+            }
+            Method::Classic { method, pool } => {
+                let start = Instant::now();
+                let image = pool.install(|| method.run(gbuffer, params))?;
+                Ok((image, Some(start.elapsed().as_secs_f64() * 1e3)))
+            }
+            Method::Network { model, options } => {
+                let session = match &mut self.session {
+                    Some((of, session)) if *of == size => session,
+                    stale => {
+                        let mut session = Session::with_options(model, size, options)?;
+                        // The first run touches the arena's pages; only later ones are timed.
+                        session.run(gbuffer, params, &mut image)?;
+                        &mut stale.insert((size, session)).1
+                    }
+                };
+                let start = Instant::now();
+                session.run(gbuffer, params, &mut image)?;
+                Ok((image, Some(start.elapsed().as_secs_f64() * 1e3)))
+            }
+        }
+    }
+}
+
+/// Mean visibility of the foreground of up to 100 training frames, spread over the dataset: a constant image for
+/// networks that do not say theirs.
+///
+/// # Errors
+/// When a frame is broken, or no training frame shows anything.
+pub fn mean_visibility(manifest: &Manifest) -> Result<f32> {
+    let train: Vec<&FrameEntry> = manifest.frames(Split::Train).collect();
+    let count = train.len().min(MEAN_FRAMES);
+    let (mut sum, mut pixels) = (0.0, 0u64);
+    for k in 0..count {
+        let (gbuffer, _, ao) = read(manifest, train[k * train.len() / count])?;
+        for i in (0..gbuffer.depth().len()).filter(|&i| gbuffer.is_foreground(i)) {
+            sum += f64::from(ao.visibility()[i]);
+            pixels += 1;
+        }
+    }
+    if pixels == 0 {
+        return Err(Error::file(manifest.dir(), "training frames to take the mean visibility of", "none"));
+    }
+    Ok((sum / pixels as f64) as f32)
+}
+
+/// Whether `model` can be judged on the frames: one that does not see the radius serves only frames whose radii were
+/// chosen as in its training.
+pub fn radius_fits(model: &Model, manifest: &Manifest) -> bool {
+    let rule = format!("{:?}", manifest.plan.recipe.radius);
+    model.config().features.sees_radius() || model.facts().radius.split("; ").any(|trained| trained == rule)
+}
+
+/// G-buffer, radius and reference AO of a frame.
+///
+/// # Errors
+/// Names the file when it is broken or has no reference.
+pub fn read(manifest: &Manifest, entry: &FrameEntry) -> Result<(GBuffer, AoParams, AoImage)> {
+    let path = manifest.path(entry);
+    let hints =
+        FrameHints { view: Some(entry.view.clone()), radius: Some(entry.radius), ..FrameHints::default() };
+    let frame = Frame::load(&path, &hints)?;
+    let ao = frame.ao.ok_or_else(|| Error::file(&path, "a channel `ao`", "none"))?;
+    Ok((frame.gbuffer, AoParams::new(entry.radius).map_err(Error::in_file(&path))?, ao))
+}
+
+fn table(contestants: &[Contestant<'_>], measured: &[Vec<Measured>]) -> Table {
+    let rows = |keep: &dyn Fn(&Measured) -> bool| {
+        let row = |results: &Vec<Measured>| row(&results.iter().filter(|m| keep(m)).collect::<Vec<_>>());
+        contestants.iter().zip(measured).map(|(c, results)| (c.name.clone(), row(results))).collect()
+    };
+    let scenes: std::collections::BTreeSet<_> = measured.iter().flatten().map(|m| m.scene.clone()).collect();
+    let by_scene = scenes.into_iter().map(|scene| (scene.clone(), rows(&|m| m.scene == scene)));
+    Table { overall: rows(&|_| true), by_scene: by_scene.collect(), breakdown: Vec::new() }
+}
+
+fn row(results: &[&Measured]) -> Row {
+    let full: Vec<Scores> = results.iter().map(|m| m.comparison.full).collect();
+    let inside: Vec<Scores> = results.iter().filter_map(|m| m.comparison.foreground).collect();
+    let some = |value: f64| (!inside.is_empty()).then_some(value);
+    let mut times: Vec<f64> = results.iter().filter_map(|m| m.ms).collect();
+    Row {
+        frames: results.len(),
+        ssim: mean(&full, |s| s.ssim),
+        ssim_8x8: mean(&full, |s| s.ssim_8x8),
+        psnr: mean(&full, |s| finite_psnr(s.psnr)),
+        psnr_pooled: pooled(&full),
+        ssim_foreground: some(mean(&inside, |s| s.ssim)),
+        ssim_8x8_foreground: some(mean(&inside, |s| s.ssim_8x8)),
+        psnr_foreground: some(mean(&inside, |s| finite_psnr(s.psnr))),
+        psnr_pooled_foreground: some(pooled(&inside)),
+        ms: (!times.is_empty()).then(|| timing::median(&mut times)),
+    }
+}
+
+fn mean(scores: &[Scores], value: impl Fn(&Scores) -> f64) -> f64 {
+    scores.iter().map(value).sum::<f64>() / scores.len() as f64
+}
+
+fn pooled(scores: &[Scores]) -> f64 {
+    let pixels: f64 = scores.iter().map(|s| s.pixels as f64).sum();
+    finite_psnr(metrics::psnr(scores.iter().map(|s| s.mse * s.pixels as f64).sum::<f64>() / pixels))
+}
+
+/// Identical images have infinite PSNR; one of them must not decide a mean. 100 dB is below what f32 can tell apart.
+fn finite_psnr(psnr: f64) -> f64 {
+    psnr.min(100.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dataset::{self, Counts, Plan, Preset, Recipe};
+    use aonet::net::naive;
+    use aonet::{Camera, Projection};
+    use aonet_scene::scene::procedural::Kind;
+    use aonet_scene::staging::{SceneSpec, SceneSplit};
+    use glam::Vec3;
+    use std::path::Path;
+
+    fn gbuffer() -> GBuffer {
+        let projection = Projection::Perspective { fov_y: 1.0 };
+        let camera = Camera::look_at((Vec3::ZERO, -Vec3::Z, Vec3::Y), projection, (16, 16), 0.0).unwrap();
+        let depth = (0..256).map(|i| if i < 64 { f32::INFINITY } else { 1.0 }).collect();
+        GBuffer::new(camera, depth, vec![[0.0, 0.0, 1.0]; 256]).unwrap()
+    }
+
+    #[test]
+    fn a_constant_leaves_the_background_open() {
+        let (image, ms) = run(&Method::Constant(0.25), &gbuffer(), AoParams { radius: 1.0 }).unwrap();
+        assert_eq!((image.visibility()[63], image.visibility()[64], ms), (1.0, 0.25, None));
+    }
+
+    #[test]
+    fn rows_pool_and_average_as_defined() {
+        let reference = AoImage::new(16, 16, vec![0.5; 256]).unwrap();
+        let measured = |value: f32| {
+            let image = AoImage::new(16, 16, vec![value; 256]).unwrap();
+            let comparison = metrics::compare(&reference, &image, Some(&[true; 256])).unwrap();
+            Measured { scene: "s".into(), comparison, ms: Some(f64::from(value)) }
+        };
+        // Errors 0.1 and 0.01: 20 and 40 dB; pooled mean square (0.01 + 0.0001) / 2.
+        let (a, b) = (measured(0.6), measured(0.51));
+        let row = row(&[&a, &b]);
+        assert!((row.psnr - 30.0).abs() < 1e-3, "{row:?}");
+        assert!((row.psnr_pooled + 10.0 * (0.0101f64 / 2.0).log10()).abs() < 1e-3, "{row:?}");
+        assert_eq!((row.frames, row.ms.map(|t| t as f32)), (2, Some(0.555)));
+        assert!(row.psnr_foreground.is_some_and(|p| (p - row.psnr).abs() < 1e-9), "{row:?}");
+        assert!(row.psnr_pooled_foreground.is_some_and(|p| (p - row.psnr_pooled).abs() < 1e-9), "{row:?}");
+        let mut sky = measured(0.5);
+        sky.comparison.foreground = None;
+        let row = super::row(&[&sky]);
+        assert_eq!(
+            (row.psnr, row.psnr_pooled, row.ssim_foreground, row.psnr_pooled_foreground),
+            (100.0, 100.0, None, None)
+        );
+    }
+
+    fn dataset(dir: &Path) -> Manifest {
+        let frames = Counts { train: 1, val: 0, val_seen: 0, test: 2 };
+        let recipe =
+            Recipe { width: 48, height: 27, frames, spp: 16, eval_spp: 16, ..Recipe::preset(Preset::Paper) };
+        let scene = |seed, split| SceneSpec::procedural(Kind::ClutterPile, seed, split);
+        let plan = Plan::new(recipe, vec![scene(1, SceneSplit::Train), scene(2, SceneSplit::Test)]).unwrap();
+        dataset::generate(dir, &plan, &dataset::Work::default(), &|_| ()).unwrap();
+        Manifest::load(dir).unwrap()
+    }
+
+    #[test]
+    fn a_dataset_is_scored_as_its_frames_are() {
+        let dir = tempfile::tempdir().unwrap();
+        let manifest = dataset(dir.path());
+        let model = Model::from_bytes(aonet::net::shipped::ANY_RADIUS).unwrap();
+        let constant = mean_visibility(&manifest).unwrap();
+        assert!((0.05..1.0).contains(&constant), "{constant}");
+        let contestant = |method| Contestant { name: "c".into(), method };
+        let network = Method::network(&model, 2);
+        let contestants = [contestant(Method::Constant(constant)), contestant(network)];
+        let table = evaluate(&manifest, Split::Test, &contestants, &|_, _| ()).unwrap();
+        assert_eq!(table.by_scene["clutter_pile_2"], table.overall);
+
+        let of_frame = |entry: &FrameEntry| {
+            let (gbuffer, params, reference) = read(&manifest, entry).unwrap();
+            let ao = naive::run(&model, &gbuffer, params).unwrap();
+            metrics::compare(&reference, &ao, None).unwrap().full.ssim
+        };
+        let expected = manifest.frames(Split::Test).map(of_frame).sum::<f64>() / 2.0;
+        let (flat, found) = (&table.overall[0].1, &table.overall[1].1);
+        // The oracle and the runtime agree to 1e-4 in visibility.
+        assert!((found.ssim - expected).abs() < 1e-3, "{found:?} {expected}");
+        assert!((flat.ssim - expected).abs() > 1e-2 && flat.ms.is_none() && found.ms.is_some(), "{flat:?}");
+        assert!(evaluate(&manifest, Split::Val, &contestants, &|_, _| ()).is_err());
+    }
+}

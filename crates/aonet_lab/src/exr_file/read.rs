@@ -1,0 +1,282 @@
+use super::format_error;
+use aonet::Result;
+use aonet::frame::camera::check_size;
+use exr::block::chunk::{Chunk, CompressedBlock};
+use exr::block::reader::{ChunksReader, Reader};
+use exr::block::{BlockIndex, UncompressedBlock};
+use exr::math::Vec2;
+use exr::meta::attribute::{AttributeValue, SampleType, Text};
+use exr::meta::header::Header;
+use exr::meta::{BlockDescription, MetaData};
+use half::slice::HalfFloatSliceExt;
+use rayon::prelude::*;
+use std::collections::HashSet;
+use std::io::Cursor;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+/// Most pixel bytes that one byte of a file can stand for: DEFLATE, the densest of the codecs, packs at
+/// most 1032 into one.
+const MAX_EXPANSION: u128 = 1100;
+
+/// The flag of files with deep data, in byte 5.
+const DEEP: u8 = 0x08;
+
+/// Bytes of planes that any file may ask for: a small region of a large image is padded with background.
+/// guess: enough for a frame of 1920x1080.
+const PADDING_BYTES: u128 = 64 << 20;
+
+/// A channel of a file.
+#[derive(Debug, Clone)]
+pub(crate) struct Channel {
+    /// As stored; in files of several parts, behind the part's name.
+    pub(crate) name: String,
+    part: usize,
+    index: usize,
+    sample_type: SampleType,
+}
+
+impl Channel {
+    /// Whether it is stored in half floats.
+    pub(crate) fn is_half(&self) -> bool {
+        self.sample_type == SampleType::F16
+    }
+}
+
+/// An EXR file whose headers are read and found sane, and whose pixels are not read yet.
+pub(crate) struct ExrFile<'a> {
+    reader: Reader<Cursor<&'a [u8]>>,
+    channels: Vec<Channel>,
+    size: (usize, usize),
+    justified_bytes: u128,
+}
+
+impl<'a> ExrFile<'a> {
+    /// Reads the headers.
+    ///
+    /// # Errors
+    /// When the bytes are no OpenEXR file, or claim more pixels than their length can hold.
+    pub(crate) fn open(bytes: &'a [u8]) -> Result<Self> {
+        if bytes.get(5).is_some_and(|flags| flags & DEEP != 0) {
+            return Err(format_error("flat images", "deep data"));
+        }
+        let reader = guarded(|| exr::block::read(Cursor::new(bytes), false))
+            .map_err(|found| format_error("flat images without subsampled channels", found))?;
+        let headers = reader.headers();
+        let justified_bytes = bytes.len() as u128 * MAX_EXPANSION;
+        let claimed: u128 = headers.iter().map(claimed_bytes).sum();
+        if claimed > justified_bytes {
+            let expected = format!("at most {justified_bytes} bytes of pixels in a file of {}", bytes.len());
+            return Err(format_error(expected, format!("headers that claim {claimed}")));
+        }
+        let Vec2(width, height) = headers[0].shared_attributes.display_window.size;
+        check_size("OpenEXR display window", width, height)?;
+        let several = headers.len() > 1;
+        let channels = headers.iter().enumerate().flat_map(|(part, header)| channels(part, header, several));
+        Ok(Self { channels: channels.collect(), size: (width, height), reader, justified_bytes })
+    }
+
+    /// Width and height [px] of the display window.
+    pub(crate) fn size(&self) -> (usize, usize) {
+        self.size
+    }
+
+    /// All channels of all parts.
+    pub(crate) fn channels(&self) -> &[Channel] {
+        &self.channels
+    }
+
+    fn attribute(&self, name: &str) -> Option<&AttributeValue> {
+        let name = Text::new_or_none(name)?;
+        self.reader.headers().iter().find_map(|header| header.own_attributes.other.get(&name))
+    }
+
+    /// A custom attribute that holds text.
+    pub(crate) fn text(&self, name: &str) -> Option<String> {
+        match self.attribute(name)? {
+            AttributeValue::Text(text) => Some(text.to_string()),
+            _ => None,
+        }
+    }
+
+    /// A custom attribute that holds a float.
+    pub(crate) fn number(&self, name: &str) -> Option<f32> {
+        match self.attribute(name)? {
+            AttributeValue::F32(number) => Some(*number),
+            _ => None,
+        }
+    }
+
+    /// HxW planes of the display window, for each of `wanted`: a channel, and its value at pixels that
+    /// the file does not store.
+    ///
+    /// # Errors
+    /// When a chunk is missing or damaged, or a channel is of integers.
+    pub(crate) fn planes(self, wanted: &[(Channel, f32)]) -> Result<Vec<Vec<f32>>> {
+        self.check_wanted(wanted)?;
+        let (width, height) = self.size;
+        let (meta, chunks) = chunks(self.reader, wanted)?;
+        let blocks = chunks.into_par_iter().map(|chunk| Block::decode(chunk, &meta, wanted));
+        let blocks = blocks.collect::<Result<Vec<_>>>()?;
+        check_complete(&blocks, &meta, wanted)?;
+        let plane = |(n, (channel, outside)): (usize, &(Channel, f32))| {
+            let mut plane = vec![*outside; width * height];
+            for block in blocks.iter().filter(|block| block.index.layer == channel.part) {
+                block.place(n, &meta.headers[channel.part], (&mut plane, width));
+            }
+            plane
+        };
+        Ok(wanted.par_iter().enumerate().map(plane).collect())
+    }
+
+    fn check_wanted(&self, wanted: &[(Channel, f32)]) -> Result<()> {
+        for (channel, _) in wanted {
+            if channel.sample_type == SampleType::U32 {
+                return Err(format_error(format!("half or float in {}", channel.name), "integers"));
+            }
+        }
+        let plane_bytes = self.size.0 as u128 * self.size.1 as u128 * size_of::<f32>() as u128;
+        // Half floats take twice the room once they are read.
+        if plane_bytes * wanted.len() as u128 > 2 * self.justified_bytes + PADDING_BYTES {
+            let found = format!("{}x{}, of which little is stored", self.size.0, self.size.1);
+            return Err(format_error("a display window that the file can fill", found));
+        }
+        Ok(())
+    }
+}
+
+/// Runs the `exr` crate; a panic of it becomes an error.
+fn guarded<T>(run: impl FnOnce() -> exr::error::Result<T>) -> std::result::Result<T, String> {
+    match catch_unwind(AssertUnwindSafe(run)) {
+        Ok(result) => result.map_err(|e| e.to_string()),
+        Err(_) => Err("damage that the decoder stumbled over".into()),
+    }
+}
+
+/// All chunks that hold `wanted` channels at full resolution.
+fn chunks(reader: Reader<Cursor<&[u8]>>, wanted: &[(Channel, f32)]) -> Result<(MetaData, Vec<Chunk>)> {
+    let is_wanted = |chunk: &Chunk| {
+        let full_size = match &chunk.compressed_block {
+            CompressedBlock::Tile(tile) => tile.coordinates.is_largest_resolution_level(),
+            _ => true,
+        };
+        full_size && wanted.iter().any(|(channel, _)| channel.part == chunk.layer_index)
+    };
+    let read = guarded(|| {
+        let chunks = reader.all_chunks(false)?;
+        let meta = chunks.meta_data().clone();
+        let kept = chunks.filter(|chunk| chunk.as_ref().map_or(true, is_wanted));
+        Ok((meta, kept.collect::<exr::error::Result<_>>()?))
+    });
+    read.map_err(|found| format_error("whole chunks of pixels", found))
+}
+
+/// A decoded rectangle of an image.
+struct Block {
+    index: BlockIndex,
+    /// The samples of each wanted channel row by row; empty for channels of other parts.
+    samples: Vec<Vec<f32>>,
+}
+
+impl Block {
+    fn decode(chunk: Chunk, meta: &MetaData, wanted: &[(Channel, f32)]) -> Result<Self> {
+        let block = guarded(|| UncompressedBlock::decompress_chunk(chunk, meta, false))
+            .map_err(|found| format_error("whole chunks of pixels", found))?;
+        let header = &meta.headers[block.index.layer];
+        let Vec2(width, height) = block.index.pixel_size;
+        let line_bytes = width * header.channels.bytes_per_pixel;
+        if block.data.len() != line_bytes * height {
+            return Err(format_error(format!("a chunk of {} bytes", line_bytes * height), block.data.len()));
+        }
+        let samples = |channel: &Channel| {
+            let before = &header.channels.list[..channel.index];
+            let start = width * before.iter().map(|c| c.sample_type.bytes_per_sample()).sum::<usize>();
+            let bytes = start..start + width * channel.sample_type.bytes_per_sample();
+            let mut samples = vec![0.0; width * height];
+            for (line, out) in block.data.chunks_exact(line_bytes).zip(samples.chunks_exact_mut(width)) {
+                convert(&line[bytes.clone()], channel, out);
+            }
+            samples
+        };
+        let is_here = |channel: &Channel| channel.part == block.index.layer;
+        let samples = wanted.iter().map(|(c, _)| if is_here(c) { samples(c) } else { Vec::new() });
+        Ok(Self { index: block.index, samples: samples.collect() })
+    }
+
+    /// Copies wanted channel `n` to where it lies in the display window, cropped to it.
+    fn place(&self, n: usize, header: &Header, (plane, plane_width): (&mut [f32], usize)) {
+        let Vec2(width, _) = self.index.pixel_size;
+        let (x, y) = offset(header, self.index.pixel_position);
+        let from = x.clamp(0, plane_width as i64);
+        let to = (x + width as i64).clamp(0, plane_width as i64);
+        if from >= to {
+            return;
+        }
+        let rows = 0..(plane.len() / plane_width) as i64;
+        for (y, line) in (y..).zip(self.samples[n].chunks_exact(width)).filter(|(y, _)| rows.contains(y)) {
+            let row = &mut plane[y as usize * plane_width..][..plane_width];
+            row[from as usize..to as usize].copy_from_slice(&line[(from - x) as usize..(to - x) as usize]);
+        }
+    }
+}
+
+/// Converts native-endian samples of a half or float channel.
+fn convert(line: &[u8], channel: &Channel, out: &mut [f32]) {
+    if channel.is_half() {
+        let halves: Vec<half::f16> =
+            line.as_chunks().0.iter().map(|b| half::f16::from_ne_bytes(*b)).collect();
+        halves.convert_to_f32_slice(out);
+    } else {
+        out.iter_mut().zip(line.as_chunks().0).for_each(|(out, b)| *out = f32::from_ne_bytes(*b));
+    }
+}
+
+/// Position in the display window of a pixel of the data window.
+fn offset(header: &Header, Vec2(x, y): Vec2<usize>) -> (i64, i64) {
+    let data = header.own_attributes.layer_position;
+    let display = header.shared_attributes.display_window.position;
+    let along = |data: i32, display: i32, at: usize| i64::from(data) - i64::from(display) + at as i64;
+    (along(data.0, display.0, x), along(data.1, display.1, y))
+}
+
+/// Bytes that a header says its pixels, or one of its tiles, take at full resolution.
+fn claimed_bytes(header: &Header) -> u128 {
+    let area = |Vec2(width, height): Vec2<usize>| width as u128 * height as u128;
+    let tile = match header.blocks {
+        BlockDescription::ScanLines => 0,
+        BlockDescription::Tiles(tiles) => area(tiles.tile_size),
+    };
+    area(header.layer_size).max(tile) * header.channels.bytes_per_pixel as u128
+}
+
+/// # Errors
+/// When the blocks do not cover each wanted part exactly once.
+fn check_complete(blocks: &[Block], meta: &MetaData, wanted: &[(Channel, f32)]) -> Result<()> {
+    let mut seen = HashSet::new();
+    let mut stored = vec![0; meta.headers.len()];
+    for BlockIndex { layer, pixel_position: Vec2(x, y), pixel_size, .. } in blocks.iter().map(|b| b.index) {
+        if seen.insert((layer, x, y)) {
+            stored[layer] += pixel_size.area();
+        }
+    }
+    for (channel, _) in wanted {
+        let expected = meta.headers[channel.part].layer_size.area();
+        if stored[channel.part] != expected {
+            return Err(format_error(format!("{expected} pixels of {}", channel.name), stored[channel.part]));
+        }
+    }
+    Ok(())
+}
+
+fn channels(part: usize, header: &Header, several: bool) -> Vec<Channel> {
+    let prefix = match &header.own_attributes.layer_name {
+        Some(name) if several => format!("{name}."),
+        _ => String::new(),
+    };
+    let list = header.channels.list.iter().enumerate();
+    list.map(|(index, channel)| {
+        let name = channel.name.to_string();
+        let name = if name.starts_with(&prefix) { name } else { format!("{prefix}{name}") };
+        Channel { name, part, index, sample_type: channel.sample_type }
+    })
+    .collect()
+}

@@ -1,0 +1,98 @@
+//! Which camera saw a frame: the caller's word, else the file's.
+
+use super::{Frame, FrameHints};
+use crate::exr_file::ExrFile;
+use aonet::{Camera, Error, Projection, Result};
+use aonet_scene::View;
+use glam::{Affine3A, Vec3};
+use serde::{Deserialize, Serialize};
+
+const VIEW: &str = "aonet:view";
+const CAMERA: &str = "aonet:camera";
+pub(super) const RADIUS: &str = "aonet:radius";
+
+/// What is known about who saw the frame.
+pub(super) struct Seen {
+    pub(super) camera: Camera,
+    /// Whether the camera's place in the world is known, and not only its projection.
+    pub(super) has_pose: bool,
+    pub(super) view: Option<View>,
+    pub(super) radius: Option<f32>,
+}
+
+/// A camera that no view is known of.
+#[derive(Serialize, Deserialize)]
+struct StoredCamera {
+    view_from_world: [f32; 12],
+    fov_y: Option<f32>,
+    ortho_height: Option<f32>,
+    near: f32,
+}
+
+/// The text attribute that holds the camera of `frame`.
+pub(super) fn attribute(frame: &Frame) -> Result<(&'static str, String)> {
+    let camera = frame.gbuffer.camera();
+    let (fov_y, ortho_height) = match camera.projection {
+        Projection::Perspective { fov_y } => (Some(fov_y), None),
+        Projection::Orthographic { height } => (None, Some(height)),
+    };
+    let view_from_world = camera.view_from_world.to_cols_array();
+    let stored = StoredCamera { view_from_world, fov_y, ortho_height, near: camera.near };
+    let (name, text) = match &frame.view {
+        Some(view) => (VIEW, serde_json::to_string(view)),
+        None => (CAMERA, serde_json::to_string(&stored)),
+    };
+    Ok((name, text.map_err(|e| Error::value("camera", "finite numbers", e))?))
+}
+
+/// # Errors
+/// When neither the hints nor the file say what the camera was, or the one they name cannot be.
+pub(super) fn resolve(file: &ExrFile, hints: &FrameHints) -> Result<Seen> {
+    let stored_view = match file.text(VIEW) {
+        Some(text) if hints.view.is_none() => Some(parse::<View>(VIEW, &text)?),
+        _ => None,
+    };
+    let file_radius = file.number(RADIUS).or(stored_view.as_ref().map(|view| view.radius));
+    let radius = hints.radius.or(hints.view.as_ref().map(|view| view.radius)).or(file_radius);
+    let Some(mut view) = hints.view.clone().or(stored_view) else {
+        let (camera, has_pose) = without_view(file, hints)?;
+        return Ok(Seen { camera, has_pose, view: None, radius });
+    };
+    view.fov_y_deg = hints.fov_y_deg.unwrap_or(view.fov_y_deg);
+    view.radius = radius.unwrap_or(view.radius);
+    let (width, height) = file.size();
+    if (view.width, view.height) != (width, height) {
+        let expected = format!("{}x{} as its view says", view.width, view.height);
+        return Err(Error::size("image", expected, format!("{width}x{height}")));
+    }
+    Ok(Seen { camera: view.camera()?, has_pose: true, view: Some(view), radius })
+}
+
+/// The camera of a file without a view, and whether its place is known.
+fn without_view(file: &ExrFile, hints: &FrameHints) -> Result<(Camera, bool)> {
+    let (width, height) = file.size();
+    let stored = file.text(CAMERA).map(|text| parse::<StoredCamera>(CAMERA, &text)).transpose()?;
+    let hinted = hints.fov_y_deg.map(|degrees| Projection::Perspective { fov_y: degrees.to_radians() });
+    let Some(stored) = stored else {
+        let expected = "a view or a vertical field of view, because the file has none";
+        let projection = hinted.ok_or_else(|| Error::value("camera", expected, "none"))?;
+        let placed = (Vec3::ZERO, Vec3::NEG_Z, Vec3::Y);
+        return Ok((Camera::look_at(placed, projection, (width, height), 0.0)?, false));
+    };
+    let projection = match (stored.fov_y, stored.ortho_height) {
+        (Some(fov_y), None) => Projection::Perspective { fov_y },
+        (None, Some(height)) => Projection::Orthographic { height },
+        (fov_y, ortho) => {
+            let found = format!("{fov_y:?} and {ortho:?}");
+            return Err(Error::format(CAMERA, "either fov_y or ortho_height", found));
+        }
+    };
+    let view_from_world = Affine3A::from_cols_array(&stored.view_from_world);
+    let projection = hinted.unwrap_or(projection);
+    let camera = Camera { view_from_world, projection, width, height, near: stored.near }.checked()?;
+    Ok((camera, true))
+}
+
+fn parse<'a, T: Deserialize<'a>>(name: &str, text: &'a str) -> Result<T> {
+    serde_json::from_str(text).map_err(|e| Error::format(format!("attribute {name}"), "JSON of a camera", e))
+}

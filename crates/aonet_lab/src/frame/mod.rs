@@ -1,0 +1,161 @@
+//! Frame files: one OpenEXR image a frame.
+//!
+//! | channel | meaning |
+//! |---|---|
+//! | `normal.X/Y/Z` | half; unit shading normal in view space, zero on the background |
+//! | `depth` | float; distance along -Z [world units], infinite on the background |
+//! | `mask` | half; 1 where there is geometry, else 0 |
+//! | `geo_normal.X/Y/Z` | half, optional; geometric normal in view space |
+//! | `ao` | half, optional; visibility |
+//!
+//! The camera is JSON text in the attribute `aonet:view` (a [`View`]) or, for a frame without one,
+//! `aonet:camera`; the AO radius is the float `aonet:radius`. Files of other programs are read too: see
+//! [`Frame::load`].
+
+mod camera;
+pub(crate) mod channels;
+mod normals;
+
+use crate::exr_file::{self, ExrFile, Plane};
+use aonet::{AoImage, AoParams, GBuffer};
+use aonet_scene::{Error, Result, View, atomic_file};
+use channels::Layout;
+use exr::image::FlatSamples;
+use half::f16;
+use std::path::Path;
+
+pub use normals::NormalSpace;
+
+/// A G-buffer with what else its file holds.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Frame {
+    /// Depth and shading normals, view space.
+    pub gbuffer: GBuffer,
+    /// HxW geometric normals, view space; zero on the background.
+    pub geo_normal: Option<Vec<[f32; 3]>>,
+    /// Reference AO.
+    pub ao: Option<AoImage>,
+    /// AO radius [world units] that belongs to the frame.
+    pub radius: Option<f32>,
+    /// The view that made the frame, where known.
+    pub view: Option<View>,
+}
+
+/// What the caller says about a frame whose file does not say it (or says it wrong).
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct FrameHints {
+    /// A whole view: camera and radius. Needed where normals are in world space.
+    pub view: Option<View>,
+    /// Vertical field of view [degrees].
+    pub fov_y_deg: Option<f32>,
+    /// AO radius [world units].
+    pub radius: Option<f32>,
+    /// Space of the normals; by default told from the channel names.
+    pub normals: Option<NormalSpace>,
+}
+
+impl Frame {
+    /// Reads a frame. `hints` win over what the file says.
+    ///
+    /// Accepted channel names, in any case, each also behind a layer name and a dot:
+    ///
+    /// | quantity | names |
+    /// |---|---|
+    /// | normal | `normal`, `normals` or `N` with `.X/.Y/.Z` or `.R/.G/.B` |
+    /// | depth | `depth`; `Z` (only without a layer); `depth` or `Z` with `.Z`, `.V`, `.R`, `.Y` or `.depth` |
+    /// | AO, optional | `ao`; `ao` or `ambient occlusion` with `.R`, `.V`, `.Y` or `.ao` |
+    /// | mask, optional | `mask` |
+    ///
+    /// Of several layers the first (in the file's order) that has a normal is taken. Normals behind a
+    /// layer name are Blender's: in its world space, so that [`FrameHints::view`] must be given.
+    ///
+    /// Background is where `mask` is below one half, or the depth is infinite or at least 1e9 or, in half
+    /// floats, 65504; and without a mask also where the normal is zero. Outside the data window all is
+    /// background; what lies outside the display window is dropped.
+    ///
+    /// # Errors
+    /// Names the file, what was expected and what was found: a channel or the camera is missing, a depth
+    /// or a normal cannot be, the view is of another size, or the bytes are no such image.
+    pub fn load(path: &Path, hints: &FrameHints) -> Result<Self> {
+        let bytes = std::fs::read(path).map_err(Error::io(path))?;
+        Self::from_bytes(&bytes, hints).map_err(Error::in_file(path))
+    }
+
+    /// [`Frame::load`] from the bytes of a file.
+    ///
+    /// # Errors
+    /// As [`Frame::load`], without the file's name.
+    pub fn from_bytes(bytes: &[u8], hints: &FrameHints) -> aonet::Result<Self> {
+        let file = ExrFile::open(bytes)?;
+        let layout = Layout::find(file.channels())?;
+        let seen = camera::resolve(&file, hints)?;
+        let space = hints.normals.unwrap_or(layout.space);
+        if space != NormalSpace::View && !seen.has_pose {
+            let expected = "a view, because the file's normals are in world space";
+            return Err(aonet::Error::value("camera", expected, "none"));
+        }
+        let mut pixels = layout.read(file)?;
+        pixels.find_background();
+        normals::check_not_encoded(&pixels.normal, &pixels.depth)?;
+        let to_view = |n| normals::to_view(n, space, &seen.camera, &pixels.depth);
+        let (normal, geo_normal) = (to_view(pixels.normal), pixels.geo_normal.map(to_view));
+        let (width, height) = (seen.camera.width, seen.camera.height);
+        let gbuffer = GBuffer::new(seen.camera, pixels.depth, normal)?;
+        if let Some(geo_normal) = &geo_normal {
+            normals::check_finite(geo_normal, gbuffer.depth(), width)?;
+        }
+        let ao = pixels.ao.map(|mut ao| {
+            (0..ao.len()).filter(|&i| !gbuffer.is_foreground(i)).for_each(|i| ao[i] = 1.0);
+            AoImage::new(width, height, ao)
+        });
+        let radius = seen.radius.map(AoParams::new).transpose()?.map(|params| params.radius);
+        Ok(Self { gbuffer, geo_normal, ao: ao.transpose()?, radius, view: seen.view })
+    }
+
+    /// Writes a frame under a temporary name, then renames it.
+    ///
+    /// # Errors
+    /// When the file cannot be written; nothing is left behind then.
+    pub fn save(&self, path: &Path) -> Result<()> {
+        atomic_file::write(path, &self.to_bytes().map_err(Error::in_file(path))?)
+    }
+
+    /// The bytes that [`Frame::save`] writes; equal frames give equal bytes.
+    ///
+    /// # Errors
+    /// When `geo_normal` or `ao` is not of the G-buffer's size.
+    pub fn to_bytes(&self) -> aonet::Result<Vec<u8>> {
+        let (width, height) = (self.gbuffer.width(), self.gbuffer.height());
+        let geo_len = self.geo_normal.as_ref().map_or(width * height, Vec::len);
+        if geo_len != width * height {
+            return Err(aonet::Error::size("geometric normals", width * height, geo_len));
+        }
+        if let Some(ao) = self.ao.as_ref().filter(|ao| (ao.width(), ao.height()) != (width, height)) {
+            let found = format!("{}x{}", ao.width(), ao.height());
+            return Err(aonet::Error::size("frame AO", format!("{width}x{height}"), found));
+        }
+        let mask =
+            (0..width * height).map(|i| f16::from_f32(f32::from(u8::from(self.gbuffer.is_foreground(i)))));
+        let mut planes = vec![
+            Plane { name: "depth", samples: FlatSamples::F32(self.gbuffer.depth().to_vec()) },
+            Plane { name: "mask", samples: FlatSamples::F16(mask.collect()) },
+        ];
+        planes.extend(vector_planes(["normal.X", "normal.Y", "normal.Z"], self.gbuffer.normal()));
+        if let Some(normal) = &self.geo_normal {
+            planes.extend(vector_planes(["geo_normal.X", "geo_normal.Y", "geo_normal.Z"], normal));
+        }
+        if let Some(ao) = &self.ao {
+            planes.push(Plane { name: "ao", samples: half_samples(ao.visibility().iter().copied()) });
+        }
+        let camera = camera::attribute(self)?;
+        exr_file::encode((width, height), planes, Some(camera), self.radius.map(|r| (camera::RADIUS, r)))
+    }
+}
+
+fn half_samples(values: impl Iterator<Item = f32>) -> FlatSamples {
+    FlatSamples::F16(values.map(f16::from_f32).collect())
+}
+
+fn vector_planes(names: [&'static str; 3], vectors: &[[f32; 3]]) -> [Plane; 3] {
+    [0, 1, 2].map(|c| Plane { name: names[c], samples: half_samples(vectors.iter().map(|v| v[c])) })
+}

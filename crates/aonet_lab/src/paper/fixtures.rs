@@ -1,0 +1,76 @@
+//! A tiny dataset, tiny networks and made-up measurements for the tests.
+
+use super::measure::{Measured, Measurements};
+use crate::dataset::{self, Counts, Manifest, Plan, Preset, Recipe};
+use crate::eval::Row;
+use aonet::net::model::Precision;
+use aonet::net::{Graph, Model, ModelConfig, TrainingFacts, Weights};
+use aonet::{Camera, GBuffer, Projection};
+use aonet_scene::scene::procedural::Kind;
+use aonet_scene::staging::{SceneSpec, SceneSplit};
+use glam::Vec3;
+use std::path::Path;
+
+/// Four test frames of two scenes, 96x64, and no others.
+pub(crate) fn dataset(dir: &Path) -> Manifest {
+    let frames = Counts { train: 0, val: 0, val_seen: 0, test: 4 };
+    let recipe =
+        Recipe { width: 96, height: 64, frames, spp: 8, eval_spp: 8, ..Recipe::preset(Preset::Paper) };
+    let scene = |seed| SceneSpec::procedural(Kind::ClutterPile, seed, SceneSplit::Test);
+    let plan = Plan::new(recipe, vec![scene(1), scene(2)]).unwrap();
+    dataset::generate(dir, &plan, &dataset::Work::default(), &|_| ()).unwrap();
+    Manifest::load(dir).unwrap()
+}
+
+/// A network with the patches, kernels and features of `config` and the smallest widths, random weights.
+pub(crate) fn save_model(dir: &Path, name: &str, config: ModelConfig) {
+    let config = ModelConfig { encoder: vec![4, 4], decoder: vec![4], ..config };
+    let seed = name.bytes().map(u64::from).sum();
+    let weights = Weights::init(&Graph::new(&config).unwrap(), seed);
+    let facts = TrainingFacts {
+        radius: "SceneFraction(0.1)".into(),
+        mean_visibility: Some(0.75),
+        steps: 12,
+        ..TrainingFacts::default()
+    };
+    let bytes = Model::new(config, weights, facts).unwrap().to_bytes(Precision::F16).unwrap();
+    std::fs::write(dir.join(format!("{name}.safetensors")), bytes).unwrap();
+}
+
+/// Two pixels at distance 1 and one of sky.
+pub(crate) fn two_pixels_and_sky() -> GBuffer {
+    let projection = Projection::Perspective { fov_y: 1.0 };
+    let camera = Camera::look_at((Vec3::ZERO, -Vec3::Z, Vec3::Y), projection, (3, 1), 0.1).unwrap();
+    GBuffer::new(camera, vec![1.0, 1.0, f32::INFINITY], vec![[0.0, 0.0, 1.0]; 3]).unwrap()
+}
+
+/// Means of which only two matter.
+pub(crate) fn scores(ssim: f64, psnr: f64) -> Row {
+    Row {
+        frames: 1,
+        ssim,
+        ssim_8x8: 0.0,
+        psnr,
+        psnr_pooled: 0.0,
+        ssim_foreground: None,
+        ssim_8x8_foreground: None,
+        psnr_foreground: None,
+        psnr_pooled_foreground: None,
+        ms: None,
+    }
+}
+
+/// Measurements of rows: name, SSIM, PSNR [dB], time at 1280x720 [ms].
+pub(crate) fn measurements(rows: &[(&str, f64, f64, f64)]) -> Measurements {
+    let row = |&(key, ssim, psnr, ms): &(&str, f64, f64, f64)| {
+        let measured = Measured {
+            scores: vec![scores(ssim, psnr)],
+            ms: [("1280x720".to_owned(), ms)].into(),
+            f16_bytes: Some(1_000_000),
+            radius_fits: true,
+            ..Measured::default()
+        };
+        (key.to_owned(), measured)
+    };
+    Measurements { rows: rows.iter().map(row).collect(), constant: None }
+}

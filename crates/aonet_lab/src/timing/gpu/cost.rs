@@ -1,0 +1,182 @@
+//! What every pass of a frame has to do, whatever the device.
+
+use crate::timing::ops;
+use aonet::gpu::Precision;
+use aonet::net::config::Channel;
+use aonet::net::plan::{BufferId, Plan, Step};
+use aonet::net::{KernelWeights, Model};
+use aonet::search::Classic;
+use serde::Serialize;
+
+/// What a pass has to do.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct PassCost {
+    /// As the session calls it.
+    pub pass: String,
+    /// Operations: two for each multiply-add of direct convolutions; of the other passes counted in their shaders by hand,
+    /// roots, logarithms and exponents as one.
+    pub flop: f64,
+    /// Bytes of textures and buffers that it reads and writes, each once.
+    pub bytes: f64,
+}
+
+/// Bytes of a pixel of the timed frames' textures, `Rgba16Float`, `R32Float` and `R8Unorm`.
+const NORMAL: f64 = 8.0;
+const DEPTH: f64 = 4.0;
+const OUTPUT: f64 = 1.0;
+/// Bytes of a pixel of what passes hand over.
+const VISIBILITY: f64 = 4.0;
+
+/// Operations of a pixel of the small passes.
+const DEPTH_RANGE: f64 = 6.0;
+const FEATURES: f64 = 30.0;
+const IMAGE: f64 = 8.0;
+/// 25 neighbours.
+const DENOISE: f64 = 40.0 + 25.0 * 28.0;
+/// A cell for every four of the finer level, a third as many as pixels in all.
+const PYRAMID: f64 = 35.0 / 3.0;
+/// Of a pixel around which a method looks: what it shows, noise, the exponent.
+const AROUND: f64 = 120.0;
+
+/// The passes of a network's frame in order, for sessions of this size (width, height) [px].
+///
+/// # Errors
+/// When a side is out of range.
+pub fn network_costs(
+    model: &Model,
+    size: (usize, usize),
+    precision: Precision,
+) -> aonet_scene::Result<Vec<PassCost>> {
+    let plan = Plan::new(model.graph(), size.0, size.1)?;
+    let (pixels, sees) = ((size.0 * size.1) as f64, model.config().features.channels());
+    let mut costs = Vec::new();
+    if sees.contains(&Channel::DepthNormalized) {
+        costs.push(cost("depth range", DEPTH_RANGE * pixels, DEPTH * pixels));
+    }
+    if sees.contains(&Channel::HorizonOcclusion) {
+        costs.extend(search(&Classic::named("agtao:tuned")?, pixels));
+    }
+    costs.extend(plan.steps.iter().map(|step| of_step((model, &plan), step, precision)));
+    if plan.steps.iter().any(|step| matches!(step, Step::Head { .. })) {
+        let corrects = |s: &Step| matches!(s, Step::Head { kernel: KernelWeights::Correction, .. });
+        let base = if plan.steps.iter().any(corrects) { VISIBILITY } else { 0.0 };
+        costs.push(cost("image", IMAGE * pixels, (DEPTH + VISIBILITY + base + OUTPUT) * pixels));
+    }
+    Ok(costs)
+}
+
+/// The same of a classic method; none where it has no shaders.
+pub fn classic_costs(method: &Classic, (width, height): (usize, usize)) -> Vec<PassCost> {
+    let pixels = (width * height) as f64;
+    let mut costs = search(method, pixels);
+    costs.push(cost("image", IMAGE * pixels, (DEPTH + VISIBILITY + OUTPUT) * pixels));
+    costs
+}
+
+/// A method and its filter.
+fn search(method: &Classic, pixels: f64) -> Vec<PassCost> {
+    let knob = |name: &str| {
+        let knobs = method.knobs();
+        knobs.iter().find(|k| k.name == name).map_or(0.0, |k| f64::from(k.value))
+    };
+    // Operations of a slice and of a tap.
+    let (slice, tap) = match method {
+        Classic::Ssao(_) => (0.0, 45.0),
+        Classic::Ssdo(_) => (0.0, 48.0),
+        Classic::Hbao(_) => (100.0, 55.0),
+        Classic::Gtao(_) => (160.0, 60.0),
+        Classic::Vbao(p) if p.cosine == 1 => (180.0, 200.0),
+        Classic::Vbao(_) => (100.0, 85.0),
+        Classic::Agtao(_) => (160.0, 80.0),
+        Classic::Nnao(_) => return vec![],
+    };
+    let flop = AROUND + knob("slices") * slice + f64::from(method.taps()) * tap;
+    let mut costs = Vec::new();
+    let mut coarser = 0.0;
+    if knob("depth_levels") > 1.0 {
+        coarser = DEPTH / 3.0;
+        costs.push(cost("pyramid", PYRAMID * pixels, (DEPTH + coarser) * pixels));
+    }
+    costs.push(cost(method.name(), flop * pixels, (NORMAL + DEPTH + coarser + VISIBILITY) * pixels));
+    let filter = cost("denoise", DENOISE * pixels, (NORMAL + DEPTH + 2.0 * VISIBILITY) * pixels);
+    costs.resize(costs.len() + knob("denoise_passes") as usize, filter);
+    costs
+}
+
+fn of_step((model, plan): (&Model, &Plan), step: &Step, precision: Precision) -> PassCost {
+    let pixels = (plan.size.0 * plan.size.1) as f64;
+    let real = match precision {
+        Precision::F32 => 4.0,
+        Precision::F16 => 2.0,
+    };
+    let bytes = |id: BufferId| {
+        let buffer = &plan.buffers[id];
+        (buffer.channels * buffer.width * buffer.height) as f64 * real
+    };
+    let counted = ops::cost((model, plan), step);
+    match step {
+        Step::Features { output, .. } => {
+            let horizon = if model.config().features.horizon().is_some() { VISIBILITY } else { 0.0 };
+            cost("features", FEATURES * pixels, (NORMAL + DEPTH + horizon) * pixels + bytes(*output))
+        }
+        // Activations and weights; these are counted as f32.
+        Step::Conv { name, .. } => cost(name, counted.flop, counted.bytes * real / 4.0),
+        Step::Head { name, input, guide, kernel, .. } => {
+            let guide = match kernel {
+                KernelWeights::Off | KernelWeights::Correction => 0.0,
+                KernelWeights::Linear | KernelWeights::Softmax => bytes(*guide),
+            };
+            let weights = model.weights().get(&format!("{name}.weight")).values.len() as f64 * real;
+            let raw = (plan.padded.0 * plan.padded.1) as f64 * VISIBILITY;
+            cost("head", counted.flop, bytes(*input) + guide + weights + raw)
+        }
+        Step::Image { input } => {
+            // The first of each block of four channels.
+            let blocks = (plan.buffers[*input].width * plan.buffers[*input].height) as f64 * 4.0 * real;
+            cost("image", IMAGE * pixels, blocks + (DEPTH + OUTPUT) * pixels)
+        }
+    }
+}
+
+fn cost(pass: &str, flop: f64, bytes: f64) -> PassCost {
+    PassCost { pass: pass.to_owned(), flop, bytes }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::timing::tests::model;
+    use aonet::net::ModelConfig;
+
+    #[test]
+    fn convolutions_are_counted_as_the_graph_counts_them() {
+        for config in [ModelConfig::paper(), ModelConfig::any_radius(), ModelConfig::deep_ao()] {
+            let (model, size) = (model(config.clone()), (256, 128));
+            let costs = network_costs(&model, size, Precision::F32).unwrap();
+            let others = ["agtao", "denoise", "depth range", "features", "image"];
+            let convs = costs.iter().filter(|c| !others.contains(&c.pass.as_str()));
+            let found: f64 = convs.map(|c| c.flop).sum();
+            let expected = 2.0 * model.graph().macs_per_pixel() * (size.0 * size.1) as f64;
+            assert!((found / expected - 1.0).abs() < 1e-12, "{found} {expected} {config:?}");
+        }
+    }
+
+    #[test]
+    fn costs_are_those_worked_out_by_hand() {
+        let model = model(ModelConfig::paper());
+        let of = |precision| {
+            let costs = network_costs(&model, (64, 32), precision).unwrap();
+            costs.into_iter().find(|c| c.pass == "dec0.conv0").unwrap()
+        };
+        let cells = 16 * 8;
+        // The coarser 48 channels, the skip's 32, the output's 32; weights and biases.
+        let values = (48 * cells / 4 + 32 * cells + 32 * cells + 9 * 80 * 32 + 32) as f64;
+        assert_eq!((of(Precision::F32).bytes, of(Precision::F16).bytes), (4.0 * values, 2.0 * values));
+        assert_eq!(of(Precision::F16).flop, (2 * 9 * 80 * 32 * cells) as f64);
+        let gtao = classic_costs(&Classic::named("gtao").unwrap(), (60, 20));
+        let bytes: Vec<_> = gtao.iter().map(|c| (c.pass.as_str(), c.bytes / 1200.0)).collect();
+        let third = 4.0 / 3.0;
+        let expected = [("pyramid", 4.0 + third), ("gtao", 16.0 + third), ("denoise", 20.0), ("image", 9.0)];
+        assert!(bytes.iter().zip(expected).all(|(f, e)| f.0 == e.0 && (f.1 - e.1).abs() < 1e-9), "{bytes:?}");
+    }
+}

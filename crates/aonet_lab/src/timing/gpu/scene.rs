@@ -1,0 +1,84 @@
+//! Textures of the timed frame, as a renderer has them.
+
+use crate::timing::{PARAMS, bump};
+use aonet::GBuffer;
+use aonet::gpu::{DepthEncoding, Device, Frame, Options, Precision, Textures, wgpu};
+use aonet_scene::Result;
+use half::f16;
+
+/// Normals of 16 bits, linear depth of 32, AO of 8.
+pub(super) fn options(precision: Precision) -> Options {
+    Options { precision, depth: DepthEncoding::Linear, ..Options::default() }
+}
+
+/// What a session reads and writes, and the frame's numbers.
+pub(super) struct Scene {
+    views: [wgpu::TextureView; 3],
+    pub(super) frame: Frame,
+}
+
+impl Scene {
+    /// The frame of the other times, at `size` (width, height) [px].
+    ///
+    /// # Errors
+    /// When a side is out of range.
+    pub(super) fn new(device: &Device, size: (usize, usize)) -> Result<Self> {
+        let gbuffer = bump(size.0, size.1)?;
+        let normals = gbuffer.normal().iter().flat_map(|n| [n[0], n[1], n[2], 0.0].map(f16::from_f32));
+        let depths = gbuffer.depth().iter().flat_map(|d| d.to_le_bytes());
+        let textures = [
+            filled(device, &gbuffer, wgpu::TextureFormat::Rgba16Float, normals.flat_map(f16::to_le_bytes)),
+            filled(device, &gbuffer, wgpu::TextureFormat::R32Float, depths),
+            texture(device, size, wgpu::TextureFormat::R8Unorm, wgpu::TextureUsages::RENDER_ATTACHMENT),
+        ];
+        Ok(Self {
+            views: textures.map(|t| t.create_view(&Default::default())),
+            frame: Frame { camera: *gbuffer.camera(), far: f32::INFINITY, params: PARAMS },
+        })
+    }
+
+    pub(super) fn textures(&self) -> Textures<'_> {
+        let [normal, depth, visibility] = &self.views;
+        Textures { normal, depth, visibility }
+    }
+}
+
+fn extent((width, height): (usize, usize)) -> wgpu::Extent3d {
+    wgpu::Extent3d { width: width as u32, height: height as u32, depth_or_array_layers: 1 }
+}
+
+fn texture(
+    device: &Device,
+    size: (usize, usize),
+    format: wgpu::TextureFormat,
+    usage: wgpu::TextureUsages,
+) -> wgpu::Texture {
+    device.device.create_texture(&wgpu::TextureDescriptor {
+        label: Some("timed frame"),
+        size: extent(size),
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format,
+        usage,
+        view_formats: &[],
+    })
+}
+
+fn filled(
+    device: &Device,
+    of: &GBuffer,
+    format: wgpu::TextureFormat,
+    texels: impl Iterator<Item = u8>,
+) -> wgpu::Texture {
+    let (size, texels) = ((of.width(), of.height()), texels.collect::<Vec<_>>());
+    let usage = wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST;
+    let texture = texture(device, size, format, usage);
+    let layout = wgpu::TexelCopyBufferLayout {
+        offset: 0,
+        bytes_per_row: Some((texels.len() / size.1) as u32),
+        rows_per_image: None,
+    };
+    device.queue.write_texture(texture.as_image_copy(), &texels, layout, extent(size));
+    texture
+}

@@ -1,0 +1,224 @@
+//! How long methods take on this machine, and what the machine could do at best.
+//!
+//! What is timed is a frame whose buffers are in memory: features, network and clamping.
+
+#[cfg(feature = "gpu")]
+pub mod gpu;
+mod memory;
+mod ops;
+mod peaks;
+
+pub use memory::{peak_mib, reset_peak};
+pub use ops::{OpCost, OpTime, time_ops};
+pub use peaks::Peaks;
+
+use aonet::net::Model;
+use aonet::net::cpu::{Options, Precision, Session};
+use aonet::net::model::Ranges;
+use aonet::search::Classic;
+use aonet::{AoImage, AoParams, Camera, GBuffer, Projection};
+use aonet_scene::{Error, Result};
+use glam::Vec3;
+use rayon::ThreadPool;
+use serde::Serialize;
+use std::time::Instant;
+
+/// Run-time of a method at one size.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
+pub struct Times {
+    /// Median of the runs [ms].
+    pub median_ms: f64,
+    /// Fastest run [ms].
+    pub min_ms: f64,
+    /// Slowest run [ms].
+    pub max_ms: f64,
+    /// From a model in memory to its first image: making the session and one run [ms]. For classic methods: the first run.
+    pub first_ms: f64,
+    /// Median time of a network's first step [ms], part of the others: horizon search, features, patches. 0 for classic
+    /// methods.
+    pub features_ms: f64,
+    /// Memory of the session [bytes]: activations and scratch, without parameters. 0 for classic methods.
+    pub session_bytes: usize,
+}
+
+impl Times {
+    fn new(first_ms: f64, times_ms: &mut [f64]) -> Self {
+        let median_ms = median(times_ms);
+        let [min_ms, max_ms] = [times_ms.first(), times_ms.last()].map(|ms| ms.copied().unwrap_or(0.0));
+        Self { median_ms, min_ms, max_ms, first_ms, features_ms: 0.0, session_bytes: 0 }
+    }
+}
+
+/// The radius of every timed frame [world units]; the frame's depth is about 3.
+const PARAMS: AoParams = AoParams { radius: 0.5 };
+
+/// Of the frame of [`calibrated`] (width, height) [px].
+const CALIBRATION_SIZE: (usize, usize) = (256, 128);
+
+/// Times `runs` runs (at least one) of `model` on a synthetic frame of `size` (width, height) [px], after a first one.
+///
+/// # Errors
+/// When a side is out of range, the threads are none or cannot be started, the machine does not have the instructions, or the
+/// model does not know the ranges that integers need: see [`calibrated`].
+pub fn time(model: &Model, size: (usize, usize), options: Options, runs: usize) -> Result<Times> {
+    let (gbuffer, mut image) = (bump(size.0, size.1)?, AoImage::open(size.0, size.1)?);
+    let start = Instant::now();
+    let mut session = Session::with_options(model, size, options)?;
+    session.run(&gbuffer, PARAMS, &mut image)?;
+    let first_ms = ms_since(start);
+    let (mut times_ms, mut features_ms) = (Vec::with_capacity(runs), Vec::with_capacity(runs));
+    for _ in 0..runs.max(1) {
+        let start = Instant::now();
+        session.run_observed(&gbuffer, PARAMS, &mut image, &mut |step| {
+            if step == 0 {
+                features_ms.push(ms_since(start));
+            }
+        })?;
+        times_ms.push(ms_since(start));
+    }
+    let times = Times::new(first_ms, &mut times_ms);
+    Ok(Times { features_ms: median(&mut features_ms), session_bytes: session.memory_bytes(), ..times })
+}
+
+/// Times a classic method as [`time`] does a network; memory is not counted.
+///
+/// # Errors
+/// When a side or a parameter is out of range.
+pub fn time_classic(method: &Classic, size: (usize, usize), pool: &ThreadPool, runs: usize) -> Result<Times> {
+    let gbuffer = bump(size.0, size.1)?;
+    let run = || -> Result<f64> {
+        let start = Instant::now();
+        pool.install(|| method.run(&gbuffer, PARAMS))?;
+        Ok(ms_since(start))
+    };
+    let first_ms = run()?;
+    let mut times_ms = (0..runs.max(1)).map(|_| run()).collect::<Result<Vec<_>>>()?;
+    Ok(Times::new(first_ms, &mut times_ms))
+}
+
+/// Threads for classic methods.
+///
+/// # Errors
+/// When they cannot be started.
+pub fn pool(threads: usize) -> Result<ThreadPool> {
+    let built = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
+    built.map_err(|e| Error::request("threads", "threads that can be started", e))
+}
+
+/// Median time [ms] of every step of the session's plan, measured as [`time`] does.
+///
+/// # Errors
+/// As [`time`].
+pub fn time_steps(model: &Model, size: (usize, usize), options: Options, runs: usize) -> Result<Vec<f64>> {
+    let (gbuffer, mut image) = (bump(size.0, size.1)?, AoImage::open(size.0, size.1)?);
+    let mut session = Session::with_options(model, size, options)?;
+    session.run(&gbuffer, PARAMS, &mut image)?;
+    let mut by_step: Vec<Vec<f64>> = vec![Vec::with_capacity(runs); session.plan().steps.len()];
+    for _ in 0..runs.max(1) {
+        let mut last = Instant::now();
+        session.run_observed(&gbuffer, PARAMS, &mut image, &mut |step| {
+            let now = Instant::now();
+            by_step[step].push((now - last).as_secs_f64() * 1e3);
+            last = now;
+        })?;
+    }
+    Ok(by_step.iter_mut().map(|times| median(times)).collect())
+}
+
+/// A model that integers can be used with. One that does not know its ranges gets those of a synthetic frame: good enough for
+/// times, not for images.
+///
+/// # Errors
+/// When there is not enough memory.
+pub fn calibrated(model: Model, precision: Precision) -> Result<Model> {
+    if precision != Precision::Int8 || model.ranges().is_some() {
+        return Ok(model);
+    }
+    let (width, height) = CALIBRATION_SIZE;
+    let (gbuffer, mut image) = (bump(width, height)?, AoImage::open(width, height)?);
+    let mut ranges = Ranges::new();
+    Session::new(&model, width, height, 1)?.calibrate(&gbuffer, PARAMS, &mut image, &mut ranges)?;
+    Ok(model.with_ranges(ranges)?)
+}
+
+fn ms_since(start: Instant) -> f64 {
+    start.elapsed().as_secs_f64() * 1e3
+}
+
+/// A bump that fills the image: foreground everywhere, normals that turn.
+fn bump(width: usize, height: usize) -> Result<GBuffer> {
+    let projection = Projection::Perspective { fov_y: 1.0 };
+    let camera = Camera::look_at((Vec3::ZERO, -Vec3::Z, Vec3::Y), projection, (width, height), 0.1)?;
+    let at = |i: usize| {
+        let x = (i % width) as f32 / width as f32 - 0.5;
+        let y = 0.5 - (i / width) as f32 / height as f32;
+        Vec3::new(x, y, 1.5).normalize()
+    };
+    let normal = (0..width * height).map(|i| at(i).to_array()).collect();
+    let depth = (0..width * height).map(|i| 4.0 - at(i).z).collect();
+    Ok(GBuffer::new(camera, depth, normal)?)
+}
+
+/// The middle of `values`, which are put in order; the mean of the middle two where their number is even.
+pub(crate) fn median(values: &mut [f64]) -> f64 {
+    values.sort_by(f64::total_cmp);
+    let n = values.len();
+    0.5 * (values[(n - 1) / 2] + values[n / 2])
+}
+
+/// Name of the processor, where the system tells, else of its architecture.
+pub fn device() -> String {
+    let cpuinfo = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
+    let name = cpuinfo.lines().find(|l| l.starts_with("model name")).and_then(|l| l.split_once(':'));
+    name.map_or_else(|| std::env::consts::ARCH.to_owned(), |(_, name)| name.trim().to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use aonet::net::{Graph, ModelConfig, TrainingFacts, Weights};
+
+    pub(super) fn model(config: ModelConfig) -> Model {
+        let weights = Weights::init(&Graph::new(&config).unwrap(), 1);
+        Model::new(config, weights, TrainingFacts::default()).unwrap()
+    }
+
+    #[test]
+    fn every_step_has_its_own_time() {
+        let model = model(ModelConfig { encoder: vec![16, 16], decoder: vec![16], ..ModelConfig::paper() });
+        let options = Options::default();
+        // Whatever else the machine does, the steps of one run do not take longer than the whole call.
+        let start = Instant::now();
+        let steps = time_steps(&model, (320, 200), options, 1).unwrap();
+        let whole_ms = start.elapsed().as_secs_f64() * 1e3;
+        // Features, six convolutions, head.
+        assert_eq!(steps.len(), 8);
+        assert!(steps.iter().all(|ms| *ms > 0.0), "{steps:?}");
+        assert!(steps.iter().sum::<f64>() < whole_ms, "{steps:?} in {whole_ms}");
+        let times = time(&model, (320, 200), options, 3).unwrap();
+        assert!(times.min_ms > 0.0 && times.min_ms <= times.median_ms && times.median_ms <= times.max_ms);
+        assert!(times.first_ms > 0.0 && times.session_bytes > 320 * 200);
+        assert!(times.features_ms > 0.0 && times.features_ms < times.median_ms);
+        let none = Options { threads: 0, ..options };
+        assert!(
+            time(&model, (320, 200), none, 1).is_err() && time_steps(&model, (0, 8), options, 1).is_err()
+        );
+    }
+
+    #[test]
+    fn every_precision_of_the_machine_can_be_timed() {
+        for precision in Precision::available() {
+            let small = ModelConfig { encoder: vec![16, 16], decoder: vec![16], ..ModelConfig::paper() };
+            let model = calibrated(model(small), precision).unwrap();
+            assert_eq!(model.ranges().is_some(), precision == Precision::Int8);
+            let options = Options { precision, ..Options::default() };
+            assert!(time(&model, (320, 200), options, 1).unwrap().median_ms > 0.0);
+        }
+    }
+
+    #[test]
+    fn medians_are_in_the_middle() {
+        assert_eq!((median(&mut [3.0, 1.0, 2.0]), median(&mut [4.0, 1.0, 2.0, 3.0])), (2.0, 2.5));
+        assert!(!device().is_empty());
+    }
+}

@@ -1,0 +1,91 @@
+//! What this machine can do at most, measured: multiplications, and copies beyond the caches.
+
+use aonet::net::cpu::{Options, multiply_add};
+use aonet_scene::Result;
+use std::hint::black_box;
+use std::sync::Barrier;
+use std::time::Instant;
+
+/// Multiplications of each sum in a round: a few milliseconds, of which one will not be disturbed.
+const MULTIPLICATIONS: u32 = 1 << 20;
+
+/// Values that a round copies, all threads together: source and target are larger than the caches of most machines.
+const COPIED: usize = 48 << 20;
+
+/// Rounds, of which the best counts: of multiplications, and of copies.
+const ROUNDS: [usize; 2] = [30, 9];
+
+/// Peaks of some threads of this machine.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Peaks {
+    /// Multiply-adds in registers, two operations each [GFLOP/s].
+    pub gflop_per_s: f64,
+    /// Bytes read plus bytes written by a copy in main memory [GB/s].
+    pub copy_gb_per_s: f64,
+}
+
+impl Peaks {
+    /// Measures the threads, instructions and precision of these options.
+    ///
+    /// # Errors
+    /// When the machine does not have the instructions.
+    pub fn measure(options: Options) -> Result<Self> {
+        let threads = options.threads.max(1);
+        // What the machine does not have is found out here; the rounds leave nothing to fail.
+        multiply_add(options, 1)?;
+        let multiply = |_: &mut ()| multiply_add(options, MULTIPLICATIONS).unwrap_or(0.0);
+        let gflop_per_s = best(vec![(); threads], ROUNDS[0], &multiply);
+        let values = COPIED / threads;
+        let copy = |(from, to): &mut (Vec<f32>, Vec<f32>)| {
+            to.copy_from_slice(black_box(from));
+            black_box(&*to);
+            (2 * size_of::<f32>() * to.len()) as f64
+        };
+        let buffers = (0..threads).map(|i| (vec![i as f32 + 1.0; values], vec![1.0; values])).collect();
+        Ok(Self { gflop_per_s, copy_gb_per_s: best(buffers, ROUNDS[1], &copy) })
+    }
+}
+
+/// The best rate of some rounds [1e9/s] of what `work` says that it did, by one thread for each of `states`.
+fn best<T: Send>(mut states: Vec<T>, rounds: usize, work: &(dyn Fn(&mut T) -> f64 + Sync)) -> f64 {
+    let barrier = Barrier::new(states.len());
+    let round = |state: &mut T| {
+        barrier.wait();
+        let start = Instant::now();
+        let done = work(state);
+        // All of them: a thread that is done early has not made the machine faster.
+        barrier.wait();
+        done / start.elapsed().as_secs_f64() / 1e9
+    };
+    let all = |state: &mut T| -> Vec<f64> { (0..rounds).map(|_| round(state)).collect() };
+    std::thread::scope(|scope| {
+        let threads: Vec<_> = states.iter_mut().map(|state| scope.spawn(|| all(state))).collect();
+        let rates: Vec<_> = threads.into_iter().map(|t| t.join().expect("a round does not panic")).collect();
+        (0..rounds).map(|i| rates.iter().map(|rates| rates[i]).sum()).fold(0.0, f64::max)
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use aonet::simd::Level;
+
+    #[test]
+    fn peaks_are_those_of_a_computer() {
+        let peaks = Peaks::measure(Options { level: Level::Portable, ..Options::default() }).unwrap();
+        // A processor with SSE2 does more than this per cycle at 0.2 GHz, and none has a thousand GFLOP/s a core.
+        assert!((0.5..2000.0).contains(&peaks.gflop_per_s), "{peaks:?}");
+        assert!((0.2..2000.0).contains(&peaks.copy_gb_per_s), "{peaks:?}");
+    }
+
+    #[test]
+    fn rates_add_up_over_threads_and_count_all_of_their_time() {
+        let sleep = |ms: &mut u64| {
+            std::thread::sleep(std::time::Duration::from_millis(*ms));
+            1e9
+        };
+        // One of the two sleeps longer: both have then done 1e9 in its time.
+        let rate = best(vec![1, 20], 3, &sleep);
+        assert!(rate > 1.0 && rate <= 2.0 / 0.020, "{rate}");
+    }
+}

@@ -1,0 +1,248 @@
+//! What a training run is: a JSON file that, with a dataset and a seed, gives the same weights again.
+
+use super::ssim::LEAST_MS_SSIM_SIDE;
+use aonet::net::ModelConfig;
+use aonet_scene::error::{Error, Result};
+use serde::{Deserialize, Serialize};
+use std::path::Path;
+
+/// A training run. AO-Net §3.4 and §4.1 where the paper speaks.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TrainConfig {
+    /// The network.
+    pub model: ModelConfig,
+    /// Optimiser steps.
+    pub steps: u64,
+    /// Crops a step. The paper: 16.
+    pub batch: usize,
+    /// Side of the square crops [px]; a multiple of the network's alignment.
+    pub crop: usize,
+    /// How gradients become changes of the weights.
+    #[serde(default)]
+    pub optimizer: Optimizer,
+    /// Learning rate at the first step; decays to zero along a half cosine. The paper: 1e-3.
+    pub learning_rate: f64,
+    /// Weights of the loss terms.
+    pub loss: LossConfig,
+    /// Random symmetries of the crops.
+    pub augment: Augment,
+    /// Seed of the weights and of every crop.
+    pub seed: u64,
+    /// Steps between validations.
+    pub validate_every: u64,
+    /// Most validation frames looked at, evenly spread over the split.
+    pub validation_frames: usize,
+    /// Steps between checkpoints.
+    pub checkpoint_every: u64,
+}
+
+/// How gradients become changes of the weights.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Optimizer {
+    /// Kingma and Ba 2015, with their constants. The paper's choice.
+    #[default]
+    Adam,
+    /// Zeiler 2012 with decay 0.9, as Deep Shading was trained. It finds its own step sizes: the learning rate is a
+    /// factor on them, 1 in the original.
+    AdaDelta,
+}
+
+/// Eq. 5: `perceptual` is lambda_1, `dssim` is lambda_2. `l1` is ours: SSIM and VGG are weak on absolute brightness.
+/// `ms_ssim` and `ssim_window` are for other people's networks. By default every term is off.
+#[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LossConfig {
+    /// Weight of 0.5 (1 - SSIM), Eq. 3. The paper: 0.94. Deep Shading: 2, and nothing else.
+    pub dssim: f64,
+    /// Weight of the VGG-19 distance, Eq. 4; needs a weights file at run time. The paper: 0.06.
+    pub perceptual: f64,
+    /// VGG-19 activations compared, such as `relu2_2`.
+    pub vgg_layers: Vec<String>,
+    /// Weight of the mean absolute error. DeepAO: 0.24.
+    pub l1: f64,
+    /// Weight of 1 - MS-SSIM, Wang et al. 2003, with Gaussian windows; for crops of at least 176 px. DeepAO: 0.84.
+    #[serde(default)]
+    pub ms_ssim: f64,
+    /// The window of `dssim`.
+    #[serde(default)]
+    pub ssim_window: SsimWindow,
+}
+
+/// What SSIM looks through.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum SsimWindow {
+    /// 11x11, Gaussian with a spread of 1.5; C1 is 1e-4, C2 is 9e-4. Wang et al. 2004.
+    #[default]
+    Gaussian11,
+    /// 8x8, equal weights; C1 is 1e-4, C2 is 1e-3. Deep Shading.
+    Flat8,
+}
+
+/// Symmetries that leave the meaning of a frame unchanged; normals are turned with the image.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Augment {
+    /// Mirror every other crop left to right.
+    pub mirror: bool,
+    /// Share of the crops that are rolled by 90, 180 or 270 degrees, in [0, 1].
+    pub roll: f64,
+}
+
+impl TrainConfig {
+    /// The paper's settings for a network: Eq. 5, batch 16, crops of 256.
+    pub fn paper(model: ModelConfig) -> Self {
+        Self {
+            model,
+            steps: 40_000,
+            batch: 16,
+            crop: 256,
+            optimizer: Optimizer::Adam,
+            learning_rate: 1e-3,
+            loss: LossConfig {
+                dssim: 0.94,
+                perceptual: 0.06,
+                vgg_layers: vec!["relu2_2".into()],
+                ..LossConfig::default()
+            },
+            augment: Augment { mirror: true, roll: 0.25 },
+            seed: 1,
+            validate_every: 500,
+            validation_frames: 48,
+            checkpoint_every: 250,
+        }
+    }
+
+    /// Reads a configuration from a JSON file.
+    ///
+    /// # Errors
+    /// When the file cannot be read or a field is missing, unknown or out of range.
+    pub fn load(path: &Path) -> Result<Self> {
+        let text = std::fs::read(path).map_err(Error::io(path))?;
+        let config: Self =
+            serde_json::from_slice(&text).map_err(|e| Error::file(path, "a training configuration", e))?;
+        config.checked()
+    }
+
+    /// The configuration after a check of every field.
+    ///
+    /// # Errors
+    /// Names the field, what it accepts and what it holds.
+    pub fn checked(self) -> Result<Self> {
+        let graph = aonet::net::Graph::new(&self.model)?;
+        let at_least_one = |name: &str, value: u64| match value {
+            0 => Err(Error::request(format!("training {name}"), "at least 1", 0)),
+            _ => Ok(()),
+        };
+        at_least_one("steps", self.steps)?;
+        at_least_one("batch", self.batch as u64)?;
+        at_least_one("validate_every", self.validate_every)?;
+        at_least_one("checkpoint_every", self.checkpoint_every)?;
+        if self.crop < 32 || !self.crop.is_multiple_of(graph.alignment()) {
+            let expected = format!("a multiple of {} that is at least 32", graph.alignment());
+            return Err(Error::request("training crop", expected, self.crop));
+        }
+        let (rate, roll) = (self.learning_rate, self.augment.roll);
+        if !(rate > 0.0 && rate.is_finite() && (0.0..=1.0).contains(&roll)) {
+            let found = format!("{rate} and {roll}");
+            return Err(Error::request("training learning_rate and roll", "finite > 0 and in [0, 1]", found));
+        }
+        self.loss.check(self.crop)?;
+        Ok(self)
+    }
+}
+
+impl LossConfig {
+    /// Weights of the terms that need no file.
+    pub(crate) fn plain_weights(&self) -> f64 {
+        self.dssim + self.l1 + self.ms_ssim
+    }
+
+    fn check(&self, crop: usize) -> Result<()> {
+        let weights = [self.dssim, self.perceptual, self.l1, self.ms_ssim];
+        if weights.iter().any(|w| !(w.is_finite() && *w >= 0.0)) {
+            return Err(Error::request("training loss", "finite weights >= 0", format!("{weights:?}")));
+        }
+        if self.plain_weights() + self.perceptual == 0.0 {
+            return Err(Error::request("training loss", "at least one weight above zero", "none"));
+        }
+        if self.ms_ssim > 0.0 && crop < LEAST_MS_SSIM_SIDE {
+            let expected = format!("at least {LEAST_MS_SSIM_SIDE}: MS-SSIM looks at five scales");
+            return Err(Error::request("training crop", expected, crop));
+        }
+        Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::path::PathBuf;
+
+    fn ms_ssim(weight: f64, crop: usize) -> TrainConfig {
+        let paper = TrainConfig::paper(ModelConfig::paper());
+        TrainConfig { crop, loss: LossConfig { ms_ssim: weight, ..paper.loss.clone() }, ..paper }
+    }
+
+    fn json_files(dir: &Path) -> Vec<PathBuf> {
+        let entries = std::fs::read_dir(dir).unwrap().map(|entry| entry.unwrap().path());
+        let files = |path: PathBuf| if path.is_dir() { json_files(&path) } else { vec![path] };
+        entries.flat_map(files).collect()
+    }
+
+    #[test]
+    fn the_untrained_networks_of_the_project_are_good() {
+        for file in json_files(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../configs/models")) {
+            let config: ModelConfig = serde_json::from_slice(&std::fs::read(&file).unwrap()).unwrap();
+            config.checked().unwrap();
+        }
+    }
+
+    #[test]
+    fn the_configurations_of_the_project_are_good() {
+        let dir = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../configs");
+        let rows = dir.join("rows");
+        let models = dir.join("models");
+        let files: Vec<PathBuf> = json_files(&dir).into_iter().filter(|f| !f.starts_with(&models)).collect();
+        assert!(files.iter().any(|f| f.parent() == Some(&rows)), "subfolders are looked into");
+        let mut budgets = Vec::new();
+        for file in &files {
+            let config = TrainConfig::load(file).unwrap();
+            if file.parent() == Some(&rows) {
+                let budget = (config.steps, config.batch, config.crop, config.seed, config.validation_frames);
+                budgets.push((budget, config.augment, file));
+            }
+        }
+        for (budget, augment, file) in &budgets {
+            assert!(
+                (budget, augment) == (&budgets[0].0, &budgets[0].1),
+                "{}: another budget",
+                file.display()
+            );
+        }
+    }
+
+    #[test]
+    fn fields_out_of_range_are_refused_by_name() {
+        let loss = |loss| TrainConfig { loss, ..ms_ssim(0.0, 256) };
+        let cases = [
+            (TrainConfig { learning_rate: 0.0, ..ms_ssim(0.0, 256) }, "learning_rate"),
+            (TrainConfig { learning_rate: f64::NAN, ..ms_ssim(0.0, 256) }, "learning_rate"),
+            (TrainConfig { augment: Augment { mirror: true, roll: 1.5 }, ..ms_ssim(0.0, 256) }, "roll"),
+            (TrainConfig { batch: 0, ..ms_ssim(0.0, 256) }, "batch"),
+            (ms_ssim(0.0, 100), "crop"),
+            (ms_ssim(0.84, 160), "at least 176"),
+            (ms_ssim(-0.84, 256), "weights >= 0"),
+            (loss(LossConfig::default()), "above zero"),
+        ];
+        for (config, named) in cases {
+            let error = config.checked().unwrap_err().to_string();
+            assert!(error.contains(named), "{error} should name {named}");
+        }
+        ms_ssim(0.84, 192).checked().unwrap();
+        ms_ssim(0.0, 160).checked().unwrap();
+        loss(LossConfig { ms_ssim: 1.0, ..LossConfig::default() }).checked().unwrap();
+    }
+}

@@ -1,0 +1,76 @@
+//! The frames of a run in memory, kept for the next run.
+
+use super::config::TrainConfig;
+use super::samples::{self, Sample};
+use super::validate::Validation;
+use super::{TrainEvent, TrainEvents};
+use crate::dataset::{Manifest, Split};
+use aonet::net::Features;
+use aonet_scene::error::{Error, Result};
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// Datasets to train on. What was read last stays in memory for the next run that wants the same of them.
+pub struct Frames<'a> {
+    manifests: &'a [Manifest],
+    held: Option<(Wanted, Loaded)>,
+}
+
+/// Frames ready to draw crops from, and those to validate on.
+pub(crate) struct Loaded {
+    pub(crate) samples: Vec<Sample>,
+    pub(crate) validation: Validation,
+    /// Over all frames trained on.
+    pub(crate) mean_visibility: f32,
+}
+
+/// All of a configuration that decides what is read.
+#[derive(PartialEq)]
+struct Wanted {
+    features: Features,
+    crop: usize,
+    validation_frames: usize,
+}
+
+impl<'a> Frames<'a> {
+    /// Nothing is read before a run asks for it.
+    pub fn new(manifests: &'a [Manifest]) -> Self {
+        Self { manifests, held: None }
+    }
+
+    /// What `config` wants, from memory if it is there.
+    ///
+    /// # Errors
+    /// When a frame is broken or smaller than the crop, or a split has none.
+    pub(crate) fn load(&mut self, config: &TrainConfig, events: TrainEvents) -> Result<&Loaded> {
+        let wanted = Wanted {
+            features: config.model.features,
+            crop: config.crop,
+            validation_frames: config.validation_frames,
+        };
+        let held = match self.held.take() {
+            Some((found, loaded)) if found == wanted => loaded,
+            other => {
+                // Two sets of frames may not fit in memory.
+                drop(other);
+                read(self.manifests, config, events)?
+            }
+        };
+        Ok(&self.held.insert((wanted, held)).1)
+    }
+}
+
+fn read(manifests: &[Manifest], config: &TrainConfig, events: TrainEvents) -> Result<Loaded> {
+    let of = |manifest| Manifest::frames(manifest, Split::Train).map(move |entry| (manifest, entry));
+    let entries: Vec<_> = manifests.iter().flat_map(of).collect();
+    if entries.is_empty() {
+        return Err(Error::request("datasets", "frames of the split `train`", "none"));
+    }
+    let done = AtomicUsize::new(0);
+    let samples = samples::load_all(&entries, config, &|| {
+        let n = done.fetch_add(1, Ordering::Relaxed) + 1;
+        events(TrainEvent::Loaded(n, entries.len()));
+    })?;
+    let mean = samples.iter().map(Sample::mean).sum::<f64>() / samples.len() as f64;
+    let validation = Validation::load(manifests, config)?;
+    Ok(Loaded { samples, validation, mean_visibility: mean as f32 })
+}

@@ -1,0 +1,279 @@
+//! Training: crops of a dataset in, a model file out. AO-Net §3.4 and §4.1.
+//!
+//! The loop reads top to bottom: draw crops, loss and gradients, a step of the optimiser, now and then validate and save.
+//! A run directory holds `config.json`, `log.jsonl`, `checkpoint.safetensors` (exact state), `best.safetensors`
+//! and `last.safetensors` (models) and `curves.svg`.
+
+mod checkpoint;
+pub mod config;
+mod flex_ops;
+mod frames;
+mod log;
+mod loss;
+mod net;
+mod optimizer;
+pub mod queue;
+mod samples;
+mod ssim;
+mod step;
+#[cfg(test)]
+mod tests;
+#[cfg(test)]
+mod timings;
+mod validate;
+mod vgg;
+
+pub use config::{Augment, LossConfig, Optimizer, SsimWindow, TrainConfig};
+pub use frames::Frames;
+pub use validate::Scores;
+
+use crate::adam::cosine_decay;
+use crate::dataset::Manifest;
+use aonet::net::{Graph, Model, TrainingFacts, Weights};
+use aonet_scene::error::{Error, Result};
+use burn::tensor::Device;
+use checkpoint::State;
+use frames::Loaded;
+use log::Log;
+use loss::Loss;
+use net::Kernels;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+use step::Stepper;
+
+/// Where a run computes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum TrainDevice {
+    /// The CPU, with this many workers.
+    Flex {
+        /// Crops computed side by side, > 0.
+        threads: usize,
+    },
+    /// The first NVIDIA GPU.
+    #[cfg(feature = "cuda")]
+    Cuda,
+}
+
+/// What a run needs besides its configuration.
+#[derive(Debug, Clone)]
+pub struct TrainRun {
+    /// Folder of the run; made if missing, resumed if it holds a checkpoint.
+    pub dir: PathBuf,
+    /// VGG-19 weights for the perceptual term; without them the term is off.
+    pub vgg: Option<PathBuf>,
+    /// Where to compute.
+    pub device: TrainDevice,
+    /// Stop with a checkpoint after this time; the run can be resumed.
+    pub time_limit: Option<Duration>,
+    /// What to write into the model: dataset, radius, command, commit. The rest is filled in.
+    pub facts: TrainingFacts,
+}
+
+/// News of a run, for a progress bar.
+#[derive(Debug, Clone, PartialEq)]
+pub enum TrainEvent {
+    /// A frame was read: this many of so many.
+    Loaded(usize, usize),
+    /// A step was taken: number and loss.
+    Step(u64, f64),
+    /// The validation frames were scored: step and names with values.
+    Validated(u64, Vec<(&'static str, f64)>),
+    /// The perceptual term is off because no VGG-19 weights were given.
+    NoPerceptualTerm,
+}
+
+/// Who is told the news.
+pub type TrainEvents<'a> = &'a (dyn Fn(TrainEvent) + Sync);
+
+/// Trains until `config.steps` or the time limit. Returns the number of steps taken so far.
+///
+/// # Errors
+/// When a file is broken, the dataset has no frames to train on, or the folder belongs to another configuration.
+pub fn train(
+    config: &TrainConfig,
+    manifests: &[Manifest],
+    run: &TrainRun,
+    events: TrainEvents,
+) -> Result<u64> {
+    train_on(config, &mut Frames::new(manifests), run, events)
+}
+
+/// [`train`] on frames that the run before may have read already.
+///
+/// # Errors
+/// As [`train`].
+pub fn train_on(
+    config: &TrainConfig,
+    frames: &mut Frames,
+    run: &TrainRun,
+    events: TrainEvents,
+) -> Result<u64> {
+    let started = Instant::now();
+    claim_dir(&run.dir, config)?;
+    let graph = Graph::new(&config.model)?;
+    let device = device_of(run.device);
+    let loss = loss_of(config, run, &device, events)?;
+    let course = Course { config, frames: frames.load(config, events)?, run, events, started };
+    let workers = workers_of(run.device);
+    let stepper = Stepper {
+        graph: &graph,
+        loss: &loss,
+        device: &device,
+        workers: &workers,
+        side: config.crop,
+        leak: step::LEAK,
+    };
+    let checkpoint = run.dir.join(CHECKPOINT);
+    let mut state =
+        if checkpoint.exists() { State::load(&checkpoint, &graph)? } else { State::new(&graph, config.seed) };
+    let mut log = Log::open(&run.dir, state.moments.step)?;
+    while state.moments.step < config.steps {
+        course.step(&stepper, &mut state, &mut log)?;
+        let (step, last) = (state.moments.step, state.moments.step == config.steps);
+        if step.is_multiple_of(config.validate_every) || last {
+            course.validate(&mut state, &mut log)?;
+        }
+        let out_of_time = run.time_limit.is_some_and(|limit| started.elapsed() >= limit);
+        if step.is_multiple_of(config.checkpoint_every) || last || out_of_time {
+            log.flush()?;
+            state.save(&checkpoint)?;
+        }
+        if out_of_time {
+            break;
+        }
+    }
+    Ok(state.moments.step)
+}
+
+/// The exact state of a run inside its folder.
+const CHECKPOINT: &str = "checkpoint.safetensors";
+
+/// What stays the same from the first step of a run to the last.
+struct Course<'a> {
+    config: &'a TrainConfig,
+    frames: &'a Loaded,
+    run: &'a TrainRun,
+    events: TrainEvents<'a>,
+    started: Instant,
+}
+
+impl Course<'_> {
+    fn step(&self, stepper: &Stepper, state: &mut State, log: &mut Log) -> Result<()> {
+        let (config, step) = (self.config, state.moments.step);
+        let draw = |i| samples::draw(&self.frames.samples, config, step, i);
+        let crops: Vec<_> = (0..config.batch).map(draw).collect();
+        let rate = cosine_decay(config.learning_rate, step, config.steps);
+        let (losses, gradients) = stepper.gradients(&state.weights, &crops);
+        if !losses.total.is_finite() {
+            return Err(Error::request(format!("loss at step {step}"), "a finite number", losses.total));
+        }
+        let tensors = state.moments.update(&state.weights, &gradients, (config.optimizer, rate));
+        state.weights = Weights::new(stepper.graph, tensors)?;
+        log.step(step + 1, &losses, rate, self.started.elapsed())?;
+        (self.events)(TrainEvent::Step(step + 1, losses.total));
+        Ok(())
+    }
+
+    /// Scores the weights, logs the scores and saves the models.
+    fn validate(&self, state: &mut State, log: &mut Log) -> Result<()> {
+        let (step, dir) = (state.moments.step, &self.run.dir);
+        let scores = self.frames.validation.score(self.config, &state.weights)?;
+        log.validation(step, &scores)?;
+        (self.events)(TrainEvent::Validated(step, scores.named()));
+        let facts = self.facts(step, &scores);
+        let model = Model::new(self.config.model.clone(), state.weights.clone(), facts)?;
+        if scores.loss < state.best {
+            state.best = scores.loss;
+            log::save_model(&dir.join("best.safetensors"), &model)?;
+        }
+        log::save_model(&dir.join("last.safetensors"), &model)?;
+        log.draw_curves()
+    }
+
+    fn facts(&self, steps: u64, scores: &Scores) -> TrainingFacts {
+        let validation = scores.named().into_iter().map(|(name, value)| (name.to_owned(), value)).collect();
+        TrainingFacts {
+            mean_visibility: Some(self.frames.mean_visibility),
+            train_frames: self.frames.samples.len() as u64,
+            steps,
+            crops: steps * self.config.batch as u64,
+            validation,
+            ..self.run.facts.clone()
+        }
+    }
+}
+
+/// Makes the folder with its configuration, or checks that it holds the same one.
+fn claim_dir(dir: &Path, config: &TrainConfig) -> Result<()> {
+    if check_dir(dir, config)? {
+        return Ok(());
+    }
+    std::fs::create_dir_all(dir).map_err(Error::io(dir))?;
+    let path = dir.join("config.json");
+    let json = serde_json::to_string_pretty(config).map_err(|e| Error::file(&path, "a configuration", e))?;
+    aonet_scene::atomic_file::write(&path, json.as_bytes())
+}
+
+/// Whether the folder is a run of this configuration; another one is an error, none is not.
+fn check_dir(dir: &Path, config: &TrainConfig) -> Result<bool> {
+    let path = dir.join("config.json");
+    if !path.exists() {
+        return Ok(false);
+    }
+    if TrainConfig::load(&path)? != *config {
+        let found = "another one; choose another folder";
+        return Err(Error::file(&path, "the configuration of this run", found));
+    }
+    Ok(true)
+}
+
+fn device_of(device: TrainDevice) -> Device {
+    match device {
+        TrainDevice::Flex { .. } => Device::flex().autodiff(),
+        #[cfg(feature = "cuda")]
+        TrainDevice::Cuda => Device::cuda(0).autodiff(),
+    }
+}
+
+fn kernels_of(device: TrainDevice) -> Kernels {
+    match device {
+        TrainDevice::Flex { .. } => Kernels::Own,
+        #[cfg(feature = "cuda")]
+        TrainDevice::Cuda => Kernels::Framework,
+    }
+}
+
+fn workers_of(device: TrainDevice) -> Vec<rayon::ThreadPool> {
+    match device {
+        TrainDevice::Flex { threads } => step::single_threaded_pools(threads.max(1)),
+        #[cfg(feature = "cuda")]
+        TrainDevice::Cuda => Vec::new(),
+    }
+}
+
+fn loss_of(
+    config: &TrainConfig,
+    run: &TrainRun,
+    device: &Device,
+    events: &dyn Fn(TrainEvent),
+) -> Result<Loss> {
+    let wanted = config.loss.perceptual > 0.0;
+    let vgg = match &run.vgg {
+        Some(path) if wanted => {
+            Some(vgg::Vgg::load(path, &config.loss.vgg_layers, (device, kernels_of(run.device)))?)
+        }
+        None if wanted => {
+            events(TrainEvent::NoPerceptualTerm);
+            None
+        }
+        Some(_) | None => None,
+    };
+    if vgg.is_none() && config.loss.plain_weights() == 0.0 {
+        return Err(Error::request(
+            "training loss",
+            "VGG-19 weights, or a term besides perceptual",
+            "neither",
+        ));
+    }
+    Ok(Loss::new(&config.loss, config.crop, vgg, device))
+}

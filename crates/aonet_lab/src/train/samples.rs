@@ -1,0 +1,261 @@
+//! Training frames in memory, and the crops drawn from them.
+
+use super::config::{Augment, TrainConfig};
+use crate::dataset::FrameEntry;
+use crate::dataset::Manifest;
+use crate::frame::{Frame, FrameHints};
+use aonet::net::Features;
+use aonet::net::config::Channel;
+use aonet::net::features::write_features;
+use aonet::{AoImage, AoParams, GBuffer};
+use aonet_scene::error::{Error, Result};
+use aonet_scene::random::Random;
+use half::f16;
+use rayon::prelude::*;
+
+/// Features and reference of a frame as half floats: two bytes a pixel and channel.
+pub(crate) struct Sample {
+    pub(crate) width: usize,
+    pub(crate) height: usize,
+    channels: &'static [Channel],
+    /// CxHxW.
+    features: Vec<f16>,
+    /// HxW visibility.
+    target: Vec<f16>,
+}
+
+/// A square crop: features CxSxS, target SxS, 1 where geometry is seen SxS.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct Crop {
+    pub(crate) features: Vec<f32>,
+    pub(crate) target: Vec<f32>,
+    pub(crate) foreground: Vec<f32>,
+}
+
+/// Crops with less geometry than this are drawn again, a few times. guess
+const LEAST_FOREGROUND: f32 = 0.3;
+const DRAWS: u64 = 6;
+
+impl Sample {
+    /// Reads a frame of a dataset.
+    ///
+    /// # Errors
+    /// When the file is broken or holds no reference.
+    pub(crate) fn load(manifest: &Manifest, entry: &FrameEntry, features: Features) -> Result<Self> {
+        let path = manifest.path(entry);
+        let hints = FrameHints {
+            view: Some(entry.view.clone()),
+            radius: Some(entry.radius),
+            ..FrameHints::default()
+        };
+        let frame = Frame::load(&path, &hints)?;
+        let ao = frame.ao.ok_or_else(|| Error::file(&path, "a channel `ao`", "none"))?;
+        let params = AoParams::new(entry.radius).map_err(Error::in_file(&path))?;
+        Self::new((&frame.gbuffer, params), &ao, features).map_err(Error::in_file(&path))
+    }
+
+    fn new((gbuffer, params): (&GBuffer, AoParams), ao: &AoImage, features: Features) -> aonet::Result<Self> {
+        let (width, height) = (gbuffer.width(), gbuffer.height());
+        let mut planes = vec![0.0; features.channels().len() * width * height];
+        write_features(features, (gbuffer, params), &mut planes, (width, width * height));
+        Ok(Self {
+            width,
+            height,
+            channels: features.channels(),
+            features: to_half(&planes),
+            target: to_half(ao.visibility()),
+        })
+    }
+
+    /// Mean visibility over the whole frame.
+    pub(crate) fn mean(&self) -> f64 {
+        self.target.iter().map(|v| f64::from(v.to_f32())).sum::<f64>() / self.target.len() as f64
+    }
+
+    /// The crop with the top-left corner (x, y), turned by `symmetry`.
+    fn crop(&self, (x, y, side): (usize, usize, usize), symmetry: Symmetry) -> Crop {
+        let area = side * side;
+        let mut crop = Crop {
+            features: vec![0.0; self.channels.len() * area],
+            target: vec![0.0; area],
+            foreground: vec![0.0; area],
+        };
+        for to in 0..area {
+            let (row, column) = symmetry.source(to / side, to % side, side);
+            let from = (y + row) * self.width + x + column;
+            self.pixel(from, symmetry, |c, value| crop.features[c * area + to] = value);
+            crop.foreground[to] = f32::from((0..3).any(|c| crop.features[c * area + to] != 0.0));
+            crop.target[to] = self.target[from].to_f32();
+        }
+        crop
+    }
+
+    /// Hands out the turned channels of pixel `from`.
+    fn pixel(&self, from: usize, symmetry: Symmetry, mut put: impl FnMut(usize, f32)) {
+        let value = |c: usize| self.features[c * self.width * self.height + from].to_f32();
+        for (c, channel) in self.channels.iter().enumerate() {
+            match channel {
+                Channel::Normal(k) | Channel::Position(k) => {
+                    let first = c - usize::from(*k);
+                    put(c, symmetry.vector([0, 1, 2].map(|k| value(first + k)))[usize::from(*k)]);
+                }
+                Channel::NormalEncoded(k) => {
+                    let first = c - usize::from(*k);
+                    let encoded = [0, 1, 2].map(|k| value(first + k));
+                    let turned = symmetry.vector(encoded.map(|e| 2.0 * e - 1.0)).map(|n| 0.5 * n + 0.5);
+                    put(c, if encoded == [0.0; 3] { 0.0 } else { turned[usize::from(*k)] });
+                }
+                Channel::Depth
+                | Channel::DepthNormalized
+                | Channel::ProjectedRadius
+                | Channel::HorizonOcclusion => put(c, value(c)),
+            }
+        }
+    }
+}
+
+fn to_half(values: &[f32]) -> Vec<f16> {
+    values.iter().map(|v| f16::from_f32(*v)).collect()
+}
+
+/// A symmetry of the image plane: first mirrored left to right, then rolled counter-clockwise.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Symmetry {
+    pub(crate) mirror: bool,
+    pub(crate) quarter_turns: u64,
+}
+
+impl Symmetry {
+    /// Where pixel (`row`, `column`) of the result comes from.
+    fn source(self, row: usize, column: usize, side: usize) -> (usize, usize) {
+        let last = side - 1;
+        let (row, column) = match self.quarter_turns {
+            0 => (row, column),
+            1 => (column, last - row),
+            2 => (last - row, last - column),
+            _ => (last - column, row),
+        };
+        (row, if self.mirror { last - column } else { column })
+    }
+
+    /// The same symmetry on a view-space vector (+x right, +y up).
+    fn vector(self, [x, y, z]: [f32; 3]) -> [f32; 3] {
+        let x = if self.mirror { -x } else { x };
+        match self.quarter_turns {
+            0 => [x, y, z],
+            1 => [-y, x, z],
+            2 => [-x, -y, z],
+            _ => [y, -x, z],
+        }
+    }
+}
+
+/// Reads every frame of `entries` on all cores; `progress` is called once a frame.
+///
+/// # Errors
+/// When a frame is broken or smaller than the crop.
+pub(crate) fn load_all(
+    entries: &[(&Manifest, &FrameEntry)],
+    config: &TrainConfig,
+    progress: &(dyn Fn() + Sync),
+) -> Result<Vec<Sample>> {
+    let load = |&(manifest, entry): &(&Manifest, &FrameEntry)| {
+        let sample = Sample::load(manifest, entry, config.model.features)?;
+        if sample.width < config.crop || sample.height < config.crop {
+            let expected = format!("a frame of at least {0}x{0}, the training crop", config.crop);
+            return Err(Error::file(
+                &manifest.path(entry),
+                expected,
+                format!("{}x{}", sample.width, sample.height),
+            ));
+        }
+        progress();
+        Ok(sample)
+    };
+    entries.par_iter().map(load).collect()
+}
+
+/// Crop number `index` of step `step`: depends on nothing else but the seed and the frames.
+pub(crate) fn draw(samples: &[Sample], config: &TrainConfig, step: u64, index: usize) -> Crop {
+    let mut random = Random::of_crop(config.seed, step, index as u64);
+    let mut best: Option<(f32, Crop)> = None;
+    for _ in 0..DRAWS {
+        let sample = &samples[random.below(samples.len())];
+        let x = random.below(sample.width - config.crop + 1);
+        let y = random.below(sample.height - config.crop + 1);
+        let crop = sample.crop((x, y, config.crop), symmetry(config.augment, &mut random));
+        let share = crop.foreground.iter().sum::<f32>() / crop.foreground.len() as f32;
+        if share >= LEAST_FOREGROUND {
+            return crop;
+        }
+        if best.as_ref().is_none_or(|(least, _)| share > *least) {
+            best = Some((share, crop));
+        }
+    }
+    best.expect("at least one draw").1
+}
+
+fn symmetry(augment: Augment, random: &mut Random) -> Symmetry {
+    let mirror = random.below(2) == 1 && augment.mirror;
+    let rolled = random.unit_f64() < augment.roll;
+    let turns = 1 + random.below(3) as u64;
+    Symmetry { mirror, quarter_turns: if rolled { turns } else { 0 } }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use aonet::{Camera, Projection};
+    use glam::Vec3;
+
+    /// Height z(x, y) = a x + b y has normal (-a, -b, 1) up to length: turning the image must turn the normal with it.
+    #[test]
+    fn symmetries_keep_normals_and_heights_consistent() {
+        let side = 5;
+        let height = |row: f32, column: f32| 0.3 * column + 0.7 * (side as f32 - 1.0 - row);
+        let normal = [-0.3, -0.7, 1.0];
+        for mirror in [false, true] {
+            for quarter_turns in 0..4 {
+                let s = Symmetry { mirror, quarter_turns };
+                let turned = |row, column| {
+                    let (r, c) = s.source(row, column, side);
+                    height(r as f32, c as f32)
+                };
+                let (dx, dy) = (turned(2, 3) - turned(2, 2), turned(1, 2) - turned(2, 2));
+                let n = s.vector(normal);
+                assert!(
+                    (n[0] + dx).abs() < 1e-5 && (n[1] + dy).abs() < 1e-5,
+                    "{s:?}: {n:?} but slope {dx}, {dy}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn encoded_normals_turn_as_normals_do() {
+        let projection = Projection::Perspective { fov_y: 1.0 };
+        let camera = Camera::look_at((Vec3::ZERO, -Vec3::Z, Vec3::Y), projection, (16, 16), 0.0).unwrap();
+        let depth = (0..256).map(|i| if i == 7 { f32::INFINITY } else { 2.0 }).collect();
+        let normal = |i| if i == 7 { [0.0; 3] } else { [0.6, 0.0, 0.8] };
+        let gbuffer = GBuffer::new(camera, depth, (0..256).map(normal).collect()).unwrap();
+        let crop = |features| {
+            let ao = AoImage::open(16, 16).unwrap();
+            let sample = Sample::new((&gbuffer, AoParams::new(1.0).unwrap()), &ao, features).unwrap();
+            sample.crop((0, 0, 16), Symmetry { mirror: true, quarter_turns: 1 })
+        };
+        let (plain, encoded) = (crop(Features::Normal), crop(Features::NormalEncoded));
+        assert_eq!(plain.foreground, encoded.foreground);
+        for (i, (n, e)) in plain.features.iter().zip(&encoded.features).enumerate() {
+            let expected = 0.5 * (n + 1.0) * plain.foreground[i % 256];
+            assert!((e - expected).abs() < 1e-3, "{i}: {n} {e}");
+        }
+    }
+
+    #[test]
+    fn crops_depend_on_seed_step_and_index_only() {
+        let draw = |seed, step, index| Random::of_crop(seed, step, index).next();
+        assert_eq!(draw(1, 2, 3), draw(1, 2, 3));
+        let all = [draw(1, 2, 3), draw(2, 2, 3), draw(1, 3, 3), draw(1, 2, 4), draw(1, 3, 2)];
+        assert!((1..5).all(|i| !all[..i].contains(&all[i])));
+    }
+}

@@ -1,0 +1,133 @@
+//! Frame files: what is written is read back, and what others wrote is read right.
+
+use aonet::{AoImage, Camera, GBuffer, Projection};
+use aonet_lab::frame::{Frame, FrameHints};
+use aonet_scene::View;
+use glam::Vec3;
+use std::path::PathBuf;
+
+/// Half floats have 11 significant bits: half a step below 1.
+const HALF_STEP: f32 = 1.0 / 4096.0;
+
+fn view(width: usize, height: usize) -> View {
+    let json = format!(
+        r#"{{"eye":[0.3,1.1,3],"target":[0.1,0.2,-0.4],"fov_y_deg":47,"width":{width},"height":{height},"near":0.05,"radius":0.7}}"#
+    );
+    serde_json::from_str(&json).unwrap()
+}
+
+/// Bumpy normals, uneven depth, every seventh pixel background.
+fn frame(width: usize, height: usize) -> Frame {
+    let camera = view(width, height).camera().unwrap();
+    let mut depth = Vec::new();
+    let mut normal = Vec::new();
+    let mut geo_normal = Vec::new();
+    let mut ao = Vec::new();
+    for i in 0..width * height {
+        let to_viewer = camera.to_viewer(camera.position_view(i % width, i / width, 1.0));
+        let bump = 0.4 * Vec3::new((i as f32 * 0.1).sin(), (i as f32 * 0.23).cos(), 0.0);
+        let n = (Vec3::from(to_viewer) + bump).normalize();
+        let background = i % 7 == 3;
+        depth.push(if background { f32::INFINITY } else { 2.0 + (i as f32 * 0.37).sin() });
+        normal.push(if background { [0.0; 3] } else { n.to_array() });
+        geo_normal.push(if background { [0.0; 3] } else { Vec3::Z.to_array() });
+        ao.push(if background { 1.0 } else { 0.5 + 0.5 * (i as f32).sin() });
+    }
+    Frame {
+        gbuffer: GBuffer::new(camera, depth, normal).unwrap(),
+        geo_normal: Some(geo_normal),
+        ao: Some(AoImage::new(width, height, ao).unwrap()),
+        radius: Some(0.7),
+        view: Some(view(width, height)),
+    }
+}
+
+fn assert_close(a: &Frame, b: &Frame) {
+    assert_eq!(a.gbuffer.camera(), b.gbuffer.camera());
+    assert_eq!(a.gbuffer.depth(), b.gbuffer.depth());
+    let vectors = |a: &[[f32; 3]], b: &[[f32; 3]]| {
+        let worst =
+            a.iter().flatten().zip(b.iter().flatten()).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+        assert!(a.len() == b.len() && worst <= 2.0 * HALF_STEP, "{worst}");
+    };
+    vectors(a.gbuffer.normal(), b.gbuffer.normal());
+    assert_eq!(a.geo_normal.is_some(), b.geo_normal.is_some());
+    if let (Some(a), Some(b)) = (&a.geo_normal, &b.geo_normal) {
+        vectors(a, b);
+    }
+    assert_eq!(a.ao.is_some(), b.ao.is_some());
+    if let (Some(a), Some(b)) = (&a.ao, &b.ao) {
+        assert!(a.visibility().iter().zip(b.visibility()).all(|(a, b)| (a - b).abs() <= HALF_STEP));
+    }
+    assert_eq!((a.radius, &a.view), (b.radius, &b.view));
+}
+
+#[test]
+fn a_frame_survives_its_file_at_any_size() {
+    let folder = tempfile::tempdir().unwrap();
+    for (width, height) in [(1, 1), (7, 3), (64, 33), (4001, 17), (17, 1031)] {
+        let path = folder.path().join(format!("{width}.exr"));
+        let original = frame(width, height);
+        original.save(&path).unwrap();
+        let loaded = Frame::load(&path, &FrameHints::default()).unwrap();
+        assert_close(&original, &loaded);
+    }
+}
+
+#[test]
+fn optional_parts_may_be_absent() {
+    let original = Frame { geo_normal: None, ao: None, radius: None, view: None, ..frame(9, 5) };
+    let loaded = Frame::from_bytes(&original.to_bytes().unwrap(), &FrameHints::default()).unwrap();
+    assert_close(&original, &loaded);
+    let placed = (Vec3::new(1.0, 2.0, 3.0), Vec3::ZERO, Vec3::Y);
+    let camera = Camera::look_at(placed, Projection::Orthographic { height: 3.0 }, (2, 1), 0.25).unwrap();
+    let gbuffer = GBuffer::new(camera, vec![1.0; 2], vec![[0.0, 0.0, 1.0]; 2]).unwrap();
+    let original = Frame { gbuffer, geo_normal: None, ao: None, radius: Some(2.0), view: None };
+    let loaded = Frame::from_bytes(&original.to_bytes().unwrap(), &FrameHints::default()).unwrap();
+    assert_eq!(original, loaded);
+}
+
+#[test]
+fn equal_frames_give_equal_bytes() {
+    let bytes = frame(65, 40).to_bytes().unwrap();
+    for _ in 0..8 {
+        assert_eq!(frame(65, 40).to_bytes().unwrap(), bytes);
+    }
+}
+
+#[test]
+fn hints_win_over_the_file() {
+    let bytes = frame(8, 8).to_bytes().unwrap();
+    let hints = FrameHints { radius: Some(0.2), fov_y_deg: Some(30.0), ..Default::default() };
+    let loaded = Frame::from_bytes(&bytes, &hints).unwrap();
+    assert_eq!(loaded.radius, Some(0.2));
+    assert_eq!(loaded.view.as_ref().map(|v| (v.radius, v.fov_y_deg)), Some((0.2, 30.0)));
+    let fov_y = 30f32.to_radians();
+    assert_eq!(loaded.gbuffer.camera().projection, Projection::Perspective { fov_y });
+    let hints = FrameHints { view: Some(view(16, 8)), ..Default::default() };
+    let message = Frame::from_bytes(&bytes, &hints).unwrap_err().to_string();
+    assert!(message.contains("16x8") && message.contains("8x8"), "{message}");
+}
+
+/// Frames of another program; skipped without `AONET_DATA`.
+#[test]
+fn reference_frames_load() {
+    let Some(data) = std::env::var_os("AONET_DATA").map(PathBuf::from) else {
+        eprintln!("skipped: AONET_DATA is not set");
+        return;
+    };
+    let view = View::load(&data.join("reference-frames/room.json")).unwrap();
+    let path = data.join("reference-frames/room.exr");
+    let no_camera = Frame::load(&path, &FrameHints::default()).unwrap_err().to_string();
+    assert!(no_camera.contains("room.exr") && no_camera.contains("field of view"), "{no_camera}");
+    let hints = FrameHints { fov_y_deg: Some(60.0), ..Default::default() };
+    let by_angle = Frame::load(&path, &hints).unwrap();
+    let by_view = Frame::load(&path, &FrameHints { view: Some(view), ..Default::default() }).unwrap();
+    assert_eq!(by_angle.gbuffer.depth(), by_view.gbuffer.depth());
+    assert_eq!(by_angle.gbuffer.normal(), by_view.gbuffer.normal());
+    assert_eq!((by_view.gbuffer.width(), by_view.gbuffer.height()), (1280, 720));
+    let ao = by_view.ao.unwrap();
+    let mean = ao.visibility().iter().sum::<f32>() / (1280.0 * 720.0);
+    assert!(mean > 0.3 && mean < 1.0, "{mean}");
+    assert_eq!((by_view.radius, by_angle.radius), (Some(1.0), None));
+}

@@ -1,0 +1,125 @@
+//! ONNX files in ONNX Runtime against the CPU session.
+//!
+//! Needs `python3` with `onnx` and `onnxruntime`; without them the test says that it did not run, or fails where
+//! `AONET_REQUIRE_ONNX` is set.
+
+#[path = "../../aonet/tests/common/mod.rs"]
+mod common;
+
+use aonet::net::cpu::Session;
+use aonet::net::{Features, KernelWeights, Model, ModelConfig, shipped};
+use aonet::{AoImage, GBuffer};
+use aonet_lab::onnx::{Extent, Form, export, features, npy};
+use common::{frame, model, params, small, spread};
+use std::path::Path;
+use std::process::Command;
+
+/// Largest difference between the two runtimes that is allowed. Measured: 1e-6 over all cases here, from the order of sums.
+const TOLERANCE: f32 = 1e-5;
+
+/// A file, the frame that it runs on, and what a session makes of the frame.
+struct Case {
+    name: String,
+    extent: Extent,
+    gbuffer: GBuffer,
+    expected: AoImage,
+}
+
+fn write_case(folder: &Path, model: &Model, (name, form, extent): (String, Form, Extent)) -> Case {
+    let size = match extent {
+        Extent::Dynamic => (75, 41),
+        Extent::Fixed { width, height } => (width, height),
+    };
+    let gbuffer = frame(size, 2);
+    let mut expected = AoImage::open(size.0, size.1).unwrap();
+    Session::new(model, size.0, size.1, 1).unwrap().run(&gbuffer, params(), &mut expected).unwrap();
+    assert!(spread(&expected, &gbuffer) > 0.05, "nothing to see: {name}");
+    let input = features(model, extent, (&gbuffer, params())).unwrap();
+    std::fs::write(folder.join(format!("{name}.npy")), npy(&input)).unwrap();
+    std::fs::write(folder.join(format!("{name}.onnx")), export(model, form, extent).unwrap().bytes).unwrap();
+    Case { name, extent, gbuffer, expected }
+}
+
+/// Largest difference on the foreground.
+fn error(folder: &Path, model: &Model, case: &Case) -> f32 {
+    let bytes = std::fs::read(folder.join(format!("{}.visibility", case.name))).unwrap();
+    let found: Vec<f32> = bytes.chunks_exact(4).map(|b| f32::from_le_bytes(b.try_into().unwrap())).collect();
+    let width = case.gbuffer.width();
+    let row = features(model, case.extent, (&case.gbuffer, params())).unwrap().width;
+    let foreground = (0..width * case.gbuffer.height()).filter(|&i| case.gbuffer.is_foreground(i));
+    foreground
+        .map(|i| (found[i / width * row + i % width] - case.expected.visibility()[i]).abs())
+        .fold(0.0, f32::max)
+}
+
+/// The trained network of a table's row.
+fn trained(row: &str) -> Model {
+    let rows = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../assets/models/rows");
+    Model::from_bytes(&std::fs::read(rows.join(format!("{row}.safetensors"))).unwrap()).unwrap()
+}
+
+fn models() -> Vec<(&'static str, Model)> {
+    let full_kernels = |weights| ModelConfig { kernel: weights, ..ModelConfig::full_resolution() };
+    vec![
+        ("any_radius", Model::from_bytes(shipped::ANY_RADIUS).unwrap()),
+        ("paper", Model::from_bytes(shipped::PAPER).unwrap()),
+        ("deep_ao", trained("deep_ao")),
+        ("deep_shading", trained("deep_shading")),
+        ("full_linear", model(full_kernels(KernelWeights::Linear), 1)),
+        ("full_off", model(full_kernels(KernelWeights::Off), 1)),
+        ("patch_softmax", model(small(Features::NormalProjectedRadius, 4, KernelWeights::Softmax), 1)),
+        ("full_softmax", model(small(Features::Normal, 1, KernelWeights::Softmax), 1)),
+        ("patch2_linear", model(small(Features::NormalDepth, 2, KernelWeights::Linear), 1)),
+        ("patch8_correction", model(small(Features::NormalRadiusHorizon, 8, KernelWeights::Correction), 1)),
+        ("no_skips", model(ModelConfig { skips: aonet::net::Skips::None, ..ModelConfig::paper() }, 1)),
+    ]
+}
+
+/// Whether ONNX Runtime can be asked.
+fn available() -> bool {
+    let import = Command::new("python3").args(["-c", "import onnx, onnxruntime"]).output();
+    let found = import.is_ok_and(|output| output.status.success());
+    let required = std::env::var_os("AONET_REQUIRE_ONNX").is_some();
+    assert!(found || !required, "AONET_REQUIRE_ONNX is set, but python3 has no onnx and onnxruntime");
+    found
+}
+
+#[test]
+fn onnx_runtime_agrees_with_the_session() {
+    if !available() {
+        eprintln!("skipped: python3 has no onnx and onnxruntime");
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let folder = folder.path();
+    let models = models();
+    let mut cases = Vec::new();
+    for (name, model) in &models {
+        for form in [Form::Plain, Form::Tuned] {
+            let aligned = Extent::Fixed { width: 128, height: 64 };
+            for extent in [Extent::Dynamic, Extent::Fixed { width: 75, height: 41 }, aligned] {
+                let case = format!("{name} {form:?} {extent:?}");
+                cases.push((model, write_case(folder, model, (case, form, extent))));
+            }
+        }
+    }
+    let list: Vec<_> = cases
+        .iter()
+        .map(|(model, case)| {
+            let input = features(model, case.extent, (&case.gbuffer, params())).unwrap();
+            serde_json::json!({ "name": case.name, "shape": [1, input.channels, input.height, input.width] })
+        })
+        .collect();
+    std::fs::write(folder.join("cases.json"), serde_json::to_vec(&list).unwrap()).unwrap();
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/scripts/run_onnx.py");
+    let output = Command::new("python3").arg(script).arg(folder).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let mut largest = 0f32;
+    for (model, case) in &cases {
+        let error = error(folder, model, case);
+        eprintln!("{error:.1e} {}", case.name);
+        assert!(error <= TOLERANCE, "{}: error {error:e}", case.name);
+        largest = largest.max(error);
+    }
+    assert!(largest > 0.0, "two runtimes never sum in the same order: something was compared with itself");
+}

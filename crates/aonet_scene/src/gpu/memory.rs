@@ -1,0 +1,80 @@
+//! Buffers on a device, checked against its limits.
+
+use aonet::gpu::wgpu;
+use aonet::{Error, Result};
+
+/// A device and its queue.
+#[derive(Debug, Clone)]
+pub(super) struct Context {
+    pub(super) device: wgpu::Device,
+    pub(super) queue: wgpu::Queue,
+}
+
+impl Context {
+    /// A buffer that shaders see as storage.
+    ///
+    /// # Errors
+    /// When it is larger than a shader may see.
+    pub(super) fn storage(&self, label: &str, bytes: usize) -> Result<wgpu::Buffer> {
+        let limits = self.device.limits();
+        let most = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
+        if bytes as u64 > most {
+            let expected = format!("at most {most} bytes, which is the limit of the device");
+            return Err(Error::device(format!("buffer of {label}"), expected, format!("{bytes} bytes")));
+        }
+        let copy = wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST;
+        Ok(self.buffer(label, bytes, wgpu::BufferUsages::STORAGE | copy))
+    }
+
+    /// The same with contents, some words of 32 bits; of one zero where they are none.
+    ///
+    /// # Errors
+    /// When they are more than a shader may see.
+    pub(super) fn filled(&self, label: &str, contents: &[u8]) -> Result<wgpu::Buffer> {
+        let buffer = self.storage(label, contents.len().max(16))?;
+        self.queue.write_buffer(&buffer, 0, contents);
+        Ok(buffer)
+    }
+
+    fn buffer(&self, label: &str, bytes: usize, usage: wgpu::BufferUsages) -> wgpu::Buffer {
+        self.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some(label),
+            size: bytes as u64,
+            usage,
+            mapped_at_creation: false,
+        })
+    }
+
+    /// Places for the numbers of dispatches.
+    pub(super) fn ring(&self) -> Ring {
+        let usage = wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST;
+        Ring { buffer: self.buffer("numbers of dispatches", PLACES * PLACE_BYTES, usage), next: 0 }
+    }
+}
+
+/// Dispatches between two submissions. guess: a thousand times the rays of a dispatch are more than a driver waits for.
+pub(super) const PLACES: usize = 1024;
+
+/// Bytes of a place: the largest alignment that a device may ask for.
+const PLACE_BYTES: usize = 256;
+
+/// Numbers of dispatches. What is written to a buffer is there before everything that is submitted next, so every
+/// dispatch of a submission needs a place of its own; one after the other they are used again.
+#[derive(Debug)]
+pub(super) struct Ring {
+    pub(super) buffer: wgpu::Buffer,
+    next: usize,
+}
+
+impl Ring {
+    /// Writes `words` to the next place; returns its offset.
+    pub(super) fn put(&mut self, queue: &wgpu::Queue, words: &[u32]) -> u32 {
+        let offset = self.next * PLACE_BYTES;
+        self.next = (self.next + 1) % PLACES;
+        let mut bytes = [0; PLACE_BYTES];
+        let places = bytes.chunks_exact_mut(size_of::<u32>());
+        places.zip(words).for_each(|(bytes, word)| bytes.copy_from_slice(&word.to_le_bytes()));
+        queue.write_buffer(&self.buffer, offset as u64, &bytes);
+        offset as u32
+    }
+}

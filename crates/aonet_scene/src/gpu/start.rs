@@ -1,0 +1,245 @@
+//! Where the rays of a pixel start.
+
+use super::image::check_size;
+use super::memory::{Context, Ring};
+use super::program::{self, Sees};
+use super::scene::{self, SceneBuffers};
+use crate::gbuffer::Surface;
+use crate::reference::Point;
+use crate::{Result, Scene};
+use aonet::gpu::{DepthEncoding, Frame, scoped, wgpu};
+use aonet::{Error, Projection};
+use glam::Vec3A;
+use rayon::prelude::*;
+
+/// What a renderer knows of a frame: textures of the reference's size, sampled once a pixel, with the usage
+/// `TEXTURE_BINDING`.
+#[derive(Debug, Clone, Copy)]
+pub struct Textures<'a> {
+    /// Shading normals: x, y and z in view space (the camera looks along -Z) as they are, of any length but zero:
+    /// `Rgba16Float`, `Rgba32Float`.
+    pub normal: &'a wgpu::TextureView,
+    /// The triangles' own normals, likewise: rays below the surface are not open. Where one looks away from the camera, both
+    /// normals are flipped.
+    pub geo_normal: &'a wgpu::TextureView,
+    /// Depth in the encoding of the options, the depth aspect only: `R32Float`, `Depth32Float`.
+    pub depth: &'a wgpu::TextureView,
+}
+
+/// Textures that a [`Reference`](super::Reference) can start from.
+#[derive(Debug)]
+pub struct View {
+    size: (usize, usize),
+    group: wgpu::BindGroup,
+}
+
+/// Bytes a pixel of each start buffer.
+const POINT_BYTES: usize = 4 * size_of::<f32>();
+
+/// Columns and rows of a workgroup.
+const TILE: (u32, u32) = (16, 8);
+
+/// Start points of an image: origin, normal, geometric normal; the normals are zero on the background.
+#[derive(Debug)]
+pub(super) struct Points {
+    size: (usize, usize),
+    pub(super) buffers: [wgpu::Buffer; 3],
+    group: wgpu::BindGroup,
+}
+
+/// The pass that makes them of textures.
+#[derive(Debug)]
+pub(super) struct Start {
+    depth: DepthEncoding,
+    layout: wgpu::BindGroupLayout,
+    view_layout: wgpu::BindGroupLayout,
+    pipeline: wgpu::ComputePipeline,
+}
+
+/// The shader of it.
+pub(super) fn source(depth: DepthEncoding) -> String {
+    let (linear, farthest) = match depth {
+        DepthEncoding::Linear => (true, "0.0"),
+        DepthEncoding::Reversed => (false, "0.0"),
+        DepthEncoding::Standard => (false, "1.0"),
+    };
+    let constants = format!("const LINEAR_DEPTH = {linear};\nconst FARTHEST = {farthest};\n");
+    scene::traverse() + &constants + include_str!("start.wgsl")
+}
+
+impl Start {
+    pub(super) fn new(context: &Context, depth: DepthEncoding) -> Self {
+        let device = &context.device;
+        let sees = [Sees::Numbers, Sees::Read, Sees::Read, Sees::Write, Sees::Write, Sees::Write];
+        let layout = program::layout(device, "start points", wgpu::ShaderStages::COMPUTE, &sees);
+        let texture = |binding| wgpu::BindGroupLayoutEntry {
+            binding,
+            visibility: wgpu::ShaderStages::COMPUTE,
+            // Depth textures, too, can be read as floats that are not filtered.
+            ty: wgpu::BindingType::Texture {
+                sample_type: wgpu::TextureSampleType::Float { filterable: false },
+                view_dimension: wgpu::TextureViewDimension::D2,
+                multisampled: false,
+            },
+            count: None,
+        };
+        let view_layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+            label: Some("view of a reference"),
+            entries: &[texture(0), texture(1), texture(2)],
+        });
+        let pipeline = program::compute(device, ("start points", &source(depth)), &[&layout, &view_layout]);
+        Self { depth, layout, view_layout, pipeline }
+    }
+
+    /// # Errors
+    /// When a texture is of another size than `size`, or of a format or usage that cannot be read.
+    pub(super) fn view(
+        &self,
+        context: &Context,
+        size: (usize, usize),
+        textures: Textures<'_>,
+    ) -> aonet::Result<View> {
+        let Textures { normal, geo_normal, depth } = textures;
+        let named = [("normal", normal), ("geometric normal", geo_normal), ("depth", depth)];
+        for (what, view) in named {
+            check_size(what, view.texture(), size)?;
+        }
+        let entry = |(binding, (_, view)): (u32, (&str, _))| wgpu::BindGroupEntry {
+            binding,
+            resource: wgpu::BindingResource::TextureView(view),
+        };
+        let entries: Vec<_> = (0..).zip(named).map(entry).collect();
+        let group = scoped(&context.device, "textures of a frame", || {
+            Ok(context.device.create_bind_group(&wgpu::BindGroupDescriptor {
+                label: Some("view of a reference"),
+                layout: &self.view_layout,
+                entries: &entries,
+            }))
+        })?;
+        Ok(View { size, group })
+    }
+
+    /// # Errors
+    /// When the image is larger than a shader may see.
+    pub(super) fn points(
+        &self,
+        scene: &SceneBuffers,
+        ring: &Ring,
+        size: (usize, usize),
+    ) -> aonet::Result<Points> {
+        let context = &scene.context;
+        let buffer = || context.storage("start points", size.0 * size.1 * POINT_BYTES);
+        let buffers = [buffer()?, buffer()?, buffer()?];
+        let [origins, normals, geo_normals] = &buffers;
+        let seen = [&scene.nodes, &scene.triangles, origins, normals, geo_normals];
+        let group = program::group(&context.device, &self.layout, &ring.buffer, &seen);
+        Ok(Points { size, buffers, group })
+    }
+
+    /// Encodes the points of a frame.
+    ///
+    /// # Errors
+    /// When view or camera are of another size, or the frame's numbers are out of range.
+    pub(super) fn encode(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        (view, frame): (&View, &Frame),
+        (context, ring, points): (&Context, &mut Ring, &Points),
+    ) -> aonet::Result<()> {
+        let (width, height) = points.size;
+        for (what, found) in
+            [("view", view.size), ("camera of a frame", (frame.camera.width, frame.camera.height))]
+        {
+            if found != points.size {
+                let found = format!("{}x{}", found.0, found.1);
+                return Err(Error::size(what, format!("{width}x{height}"), found));
+            }
+        }
+        let numbers = ring.put(&context.queue, &frame_words(self.depth, frame)?);
+        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+            label: Some("start points"),
+            timestamp_writes: None,
+        });
+        pass.set_pipeline(&self.pipeline);
+        pass.set_bind_group(0, &points.group, &[numbers]);
+        pass.set_bind_group(1, &view.group, &[]);
+        pass.dispatch_workgroups((width as u32).div_ceil(TILE.0), (height as u32).div_ceil(TILE.1), 1);
+        Ok(())
+    }
+}
+
+impl Points {
+    /// Uploads the points of `surface`: the same as a CPU's.
+    ///
+    /// # Errors
+    /// When it is of another size, or not of `scene`.
+    pub(super) fn upload(&self, context: &Context, scene: &Scene, surface: &Surface) -> Result<()> {
+        let found = (surface.gbuffer.width(), surface.gbuffer.height());
+        if found != self.size {
+            let [expected, found] = [self.size, found].map(|(width, height)| format!("{width}x{height}"));
+            return Err(Error::size("surface", expected, found).into());
+        }
+        surface.check_of(scene)?;
+        let mut bytes = [(); 3].map(|()| vec![0; found.0 * found.1 * POINT_BYTES]);
+        let [origins, normals, geo_normals] = bytes.each_mut().map(|b| b.par_chunks_exact_mut(POINT_BYTES));
+        origins.zip(normals).zip(geo_normals).enumerate().for_each(|(i, ((origin, normal), geo_normal))| {
+            if let Some(point) = Point::new(scene, surface, i) {
+                put(origin, point.origin);
+                put(normal, point.normal);
+                put(geo_normal, point.geo_normal);
+            }
+        });
+        Ok(scoped(&context.device, "start points", || {
+            self.buffers.iter().zip(&bytes).for_each(|(to, of)| context.queue.write_buffer(to, 0, of));
+            Ok(())
+        })?)
+    }
+}
+
+/// A vector, little-endian.
+fn put(bytes: &mut [u8], vector: Vec3A) {
+    let components = bytes.chunks_exact_mut(size_of::<f32>()).zip(vector.to_array());
+    components.for_each(|(bytes, x)| bytes.copy_from_slice(&x.to_le_bytes()));
+}
+
+/// The struct `Frame` of `start.wgsl`.
+///
+/// # Errors
+/// When the camera or a plane is out of range.
+fn frame_words(encoding: DepthEncoding, frame: &Frame) -> aonet::Result<[u32; 22]> {
+    let camera = frame.camera.checked()?;
+    let inverse_focal = 1.0 / camera.focal_px();
+    let pixel_size = match camera.projection {
+        Projection::Perspective { .. } => [inverse_focal, 0.0],
+        Projection::Orthographic { .. } => [0.0, inverse_focal],
+    };
+    let mut words = [0; 22];
+    let mut put = |at: usize, values: &[f32]| {
+        words[at..at + values.len()].iter_mut().zip(values).for_each(|(word, v)| *word = v.to_bits());
+    };
+    let world_from_view = camera.view_from_world.inverse();
+    for (i, column) in world_from_view.to_cols_array_2d().iter().enumerate() {
+        put(4 * i, column);
+    }
+    put(18, &depth_line(encoding, frame)?);
+    put(20, &pixel_size);
+    (words[16], words[17]) = (camera.width as u32, camera.height as u32);
+    Ok(words)
+}
+
+/// Slope and offset that make a distance, or with perspective its inverse, of a stored depth.
+fn depth_line(encoding: DepthEncoding, frame: &Frame) -> aonet::Result<[f32; 2]> {
+    let perspective = matches!(frame.camera.projection, Projection::Perspective { .. });
+    let (near, far) = (f64::from(frame.camera.near), f64::from(frame.far));
+    let at = |v: f64| if perspective { 1.0 / v } else { v };
+    let (at_0, at_1) = match encoding {
+        DepthEncoding::Linear => return Ok([1.0, 0.0]),
+        DepthEncoding::Reversed => (at(far), at(near)),
+        DepthEncoding::Standard => (at(near), at(far)),
+    };
+    if far > near && at_0.is_finite() && at_1.is_finite() {
+        return Ok([(at_1 - at_0) as f32, at_0 as f32]);
+    }
+    let expected = if perspective { "0 < near < far" } else { "0 <= near < far, both finite" };
+    Err(Error::value("planes of a frame", expected, format!("near {near}, far {far}")))
+}

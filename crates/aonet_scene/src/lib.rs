@@ -1,0 +1,18 @@
+//! Scenes and what rays find in them: glTF and procedural scenes, cameras, G-buffers and the ray-traced reference AO.
+
+pub mod atomic_file;
+pub mod backend;
+pub mod error;
+pub mod gbuffer;
+#[cfg(feature = "gpu")]
+pub mod gpu;
+pub mod random;
+pub mod reference;
+pub mod scene;
+pub mod staging;
+pub mod trace;
+pub mod view;
+
+pub use error::{Error, Result};
+pub use scene::Scene;
+pub use view::View;

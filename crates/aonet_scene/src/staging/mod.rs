@@ -1,0 +1,18 @@
+//! Where a camera may stand in a scene, and which of its views are worth taking.
+
+mod judge;
+mod propose;
+mod radius;
+mod spec;
+mod stage;
+
+pub use judge::Flaw;
+pub use propose::propose_view;
+pub use radius::RadiusRule;
+pub use spec::{Candidate, SceneSpec, SceneSplit, is_name_char};
+pub use stage::{Framing, Stage};
+
+#[cfg(test)]
+use crate::Scene;
+#[cfg(test)]
+mod fixtures;

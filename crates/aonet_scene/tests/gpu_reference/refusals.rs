@@ -1,0 +1,118 @@
+//! What is refused, and what a device needs to have.
+
+use super::device::{filled, target};
+use super::textures::{FLOATS, Shown};
+use super::{FLOAT, LEAST_PSNR, agreement, device, stage};
+use aonet::gpu::{Device, Frame, wgpu};
+use aonet::{AoParams, Camera};
+use aonet_scene::gbuffer::Surface;
+use aonet_scene::gpu::{Offscreen, Options, Reference, SceneBuffers, Textures};
+use aonet_scene::reference::{Sampling, reference_ao};
+use std::task::{Context, Poll, Waker};
+
+#[test]
+fn wrong_sizes_formats_and_frames_are_errors() {
+    let Some(device) = device() else { return };
+    let (tracer, view, surface) = stage((20, 12));
+    let (params, camera) = (view.params().unwrap(), view.camera().unwrap());
+    let scene = SceneBuffers::new((&device.device, &device.queue), &tracer).unwrap();
+    let options = Options { output: FLOAT, ..Options::default() };
+    let error = |found: Result<Reference, aonet_scene::Error>| found.unwrap_err().to_string();
+    assert!(error(Reference::new(&scene, (0, 5), options)).contains("0x5"));
+    assert!(error(Reference::new(&scene, (32_768, 32_768), options)).contains("bytes"));
+    let none = Options { sampling: Sampling { spp: 0, seed: 0 }, ..options };
+    assert!(error(Reference::new(&scene, (5, 5), none)).contains("rays per pixel"));
+    let no_target = Options { output: wgpu::TextureFormat::Rgb9e5Ufloat, ..options };
+    assert!(error(Reference::new(&scene, (5, 5), no_target)).contains("device"));
+    let mut reference = Reference::new(&scene, (20, 12), options).unwrap();
+    assert!(reference.resize((12, 0)).is_err() && reference.size() == (20, 12));
+    let mut encoder = device.device.create_command_encoder(&Default::default());
+    let target = |size, format| target(&device, size, format);
+    for (visibility, samples, what) in [
+        (target((12, 20), FLOAT), 1, "12x20"),
+        (target((20, 12), wgpu::TextureFormat::R8Unorm), 1, "R8Unorm"),
+        (filled(&device, (20, 12), FLOAT, &[0; 960]), 1, "RENDER_ATTACHMENT"),
+        (target((20, 12), FLOAT), u32::MAX, "rays at once"),
+    ] {
+        let found = reference.encode(&mut encoder, samples, &visibility).unwrap_err().to_string();
+        assert!(found.contains(what), "{found}");
+    }
+    let (normal, geo_normal) = (surface.gbuffer.normal(), &surface.geo_normal[..]);
+    let shown = Shown { camera, depth: surface.gbuffer.depth(), normal, geo_normal };
+    let [normal, geo_normal, depth] = &shown.textures(&device, FLOATS, |d| d);
+    let textures = Textures { normal, geo_normal, depth };
+    let small = filled(&device, (10, 12), FLOAT, &[0; 480]);
+    let unread = target((20, 12), FLOAT);
+    for (textures, what) in [
+        (Textures { normal: &small, ..textures }, "normal"),
+        (Textures { depth: &small, ..textures }, "depth"),
+        (Textures { depth: &unread, ..textures }, "device"),
+    ] {
+        assert!(reference.view(textures).unwrap_err().to_string().contains(what));
+    }
+    let of = reference.view(textures).unwrap();
+    let frame = Frame { camera, far: f32::INFINITY, params };
+    reference.start(&mut encoder, &of, &frame).unwrap();
+    let other = Camera { width: 12, ..camera };
+    assert!(reference.start(&mut encoder, &of, &Frame { camera: other, ..frame }).is_err());
+    assert!(reference.start(&mut encoder, &of, &Frame { far: -1.0, ..frame }).is_err());
+    assert!(
+        reference
+            .start(&mut encoder, &of, &Frame { params: AoParams { radius: f32::NAN }, ..frame })
+            .is_err()
+    );
+    let triangles = tracer.scene().triangle.len() as u32;
+    for (triangle, what) in [(vec![triangles; 240], "one of"), (vec![0; 239], "239")] {
+        let elsewhere = Surface { triangle, ..surface.clone() };
+        let found = reference.set_surface(&tracer, &elsewhere, params).unwrap_err().to_string();
+        assert!(found.contains(what), "{found}");
+    }
+}
+
+#[test]
+fn a_lost_device_is_an_error() {
+    let Some(device) = device() else { return };
+    let (tracer, view, surface) = stage((20, 12));
+    let (params, sampling) = (view.params().unwrap(), Sampling { spp: 4, seed: 1 });
+    let mut offscreen = Offscreen::new(&device, &tracer).unwrap();
+    offscreen.reference_ao(&surface, params, sampling, &|_| ()).unwrap();
+    device.device.destroy();
+    let found = offscreen.reference_ao(&surface, params, sampling, &|_| ()).unwrap_err().to_string();
+    assert!(found.contains("device") || found.contains("Device"), "{found}");
+    assert!(Offscreen::new(&device, &tracer).is_err());
+}
+
+/// What a future that never waits comes to.
+fn ready<T>(future: impl Future<Output = T>) -> T {
+    let mut future = std::pin::pin!(future);
+    loop {
+        if let Poll::Ready(value) = future.as_mut().poll(&mut Context::from_waker(Waker::noop())) {
+            return value;
+        }
+    }
+}
+
+/// A device with nothing but these limits.
+fn limited(limits: wgpu::Limits) -> (wgpu::Device, wgpu::Queue) {
+    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
+    let adapter = ready(instance.request_adapter(&Default::default())).unwrap();
+    let descriptor = wgpu::DeviceDescriptor { required_limits: limits, ..Default::default() };
+    ready(adapter.request_device(&descriptor)).unwrap()
+}
+
+#[test]
+fn the_limits_of_webgpu_are_enough_and_smaller_ones_are_named() {
+    let Some(Device { adapter, .. }) = device() else { return };
+    let (tracer, view, surface) = stage((33, 18));
+    let (params, sampling) = (view.params().unwrap(), Sampling { spp: 16, seed: 1 });
+    let (device, queue) = limited(wgpu::Limits::defaults());
+    let plain = Device { adapter, device, queue, matrices: None };
+    let mut gpu = Offscreen::new(&plain, &tracer).unwrap();
+    let gpu = gpu.reference_ao(&surface, params, sampling, &|_| ()).unwrap();
+    let cpu = reference_ao(&tracer, &surface, params, sampling, &|_| ()).unwrap();
+    assert!(agreement(&cpu, &gpu) >= LEAST_PSNR);
+    let limits = wgpu::Limits { max_storage_buffer_binding_size: 1 << 16, ..wgpu::Limits::defaults() };
+    let (device, queue) = limited(limits);
+    let found = SceneBuffers::new((&device, &queue), &tracer).unwrap_err().to_string();
+    assert!(found.contains("65536 bytes") && found.contains("of a scene"), "{found}");
+}
