@@ -2,7 +2,8 @@
 
 mod common;
 
-use aonet::net::cpu::{Level, Options, Precision, Session};
+use aonet::net::cpu::{Options, Precision, Session};
+use aonet::simd::Level;
 use aonet::net::model::Ranges;
 use aonet::net::{Features, KernelWeights, Model, ModelConfig, Skips, naive};
 use aonet::{AoImage, GBuffer};
