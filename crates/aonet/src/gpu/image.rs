@@ -1,12 +1,12 @@
 //! The AO texture: a render pass, because few formats of one channel can be written by other shaders.
 
 use crate::error::Result;
-use crate::gpu::context::Context;
-use crate::gpu::cover::cover_pipeline;
 use crate::gpu::options::{Options, Precision};
-use crate::gpu::pass::{Binding, Compiler, group, layout};
 use crate::gpu::shader::Shader;
 use crate::gpu::surface::surface;
+use crate::gpu::wgpu_30::context::Context;
+use crate::gpu::wgpu_30::cover::cover_pipeline;
+use crate::gpu::wgpu_30::pass::{Binding, Compiler, group, layout};
 
 /// What the image is made of.
 #[derive(Debug, Clone, Copy)]

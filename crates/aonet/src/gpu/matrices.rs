@@ -90,14 +90,14 @@ impl Matrices {
     pub(crate) fn shader(self) -> Shader {
         #[cfg(test)]
         if self.spelt_out {
-            return self.numbers(Shader::new(Precision::F16)).part(include_str!("matrix_spelt_out.wgsl"));
+            return self.numbers(Shader::new(Precision::F16)).part(include_str!("matrices_spelt_out.wgsl"));
         }
         let side = self.side;
         let types = ["A", "B", "C"].map(|role| {
             let real = if role == "C" { "f32" } else { "f16" };
             format!("alias Matrix{role} = coop_mat{side}x{side}<{real}, {role}>;\n")
         });
-        self.numbers(Shader::with_matrices()).part(&types.concat()).part(include_str!("matrix.wgsl"))
+        self.numbers(Shader::with_matrices()).part(&types.concat()).part(include_str!("matrices.wgsl"))
     }
 
     fn numbers(self, begin: Shader) -> Shader {

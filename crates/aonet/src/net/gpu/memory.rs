@@ -4,7 +4,7 @@
 //! of a buffer at most.
 
 use crate::error::Result;
-use crate::gpu::context::Context;
+use crate::gpu::wgpu_30::context::Context;
 use crate::net::plan::{Buffer, BufferId};
 
 /// Channels that lie side by side.

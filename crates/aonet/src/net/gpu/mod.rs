@@ -24,10 +24,10 @@
 //! ```
 
 mod conv;
-mod conv_matrix;
+
 mod features;
 mod head;
-mod head_matrix;
+
 mod memory;
 mod network;
 mod session;

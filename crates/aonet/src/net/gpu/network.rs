@@ -1,11 +1,11 @@
 //! A model on a device: weights and shaders, which sessions of any size share.
 
 use crate::error::{Error, Result};
-use crate::gpu::context::Context;
-use crate::gpu::device::check_limits;
 use crate::gpu::options::Options;
-use crate::gpu::pass::Compiler;
-use crate::gpu::view;
+use crate::gpu::wgpu_30::context::Context;
+use crate::gpu::wgpu_30::device::check_limits;
+use crate::gpu::wgpu_30::pass::Compiler;
+use crate::gpu::wgpu_30::view;
 use crate::net::config::Features;
 use crate::net::gpu::conv::Conv;
 use crate::net::gpu::head::Head;

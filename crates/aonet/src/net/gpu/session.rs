@@ -1,13 +1,13 @@
 //! A model ready to run at one size.
 
 use crate::error::{Error, Result};
-use crate::gpu::chain::{Chain, Timestamps};
-use crate::gpu::context::Context;
-use crate::gpu::device::scoped;
 use crate::gpu::image::{Image, Raw};
 use crate::gpu::options::{Frame, Kernels, Options, Precision};
 use crate::gpu::surface::surface;
-use crate::gpu::view::{Textures, View, check_size};
+use crate::gpu::wgpu_30::chain::{Chain, Timestamps};
+use crate::gpu::wgpu_30::context::Context;
+use crate::gpu::wgpu_30::device::scoped;
+use crate::gpu::wgpu_30::view::{Textures, View, check_size};
 use crate::net::config::Channel;
 use crate::net::gpu::features::{self, Extras};
 use crate::net::gpu::head::Head;

@@ -1,10 +1,10 @@
 //! Every operation on a device against the oracle's loops.
 
-use crate::gpu::context::Context;
-use crate::gpu::device::{Device, scoped};
 use crate::gpu::options::{Kernels, Precision};
-use crate::gpu::pass::{Compiler, Pass};
-use crate::gpu::view;
+use crate::gpu::wgpu_30::context::Context;
+use crate::gpu::wgpu_30::device::{Device, scoped};
+use crate::gpu::wgpu_30::pass::{Compiler, Pass};
+use crate::gpu::wgpu_30::view;
 use crate::net::config::KernelWeights;
 use crate::net::gpu::conv::Conv;
 use crate::net::gpu::head::Head;

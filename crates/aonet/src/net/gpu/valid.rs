@@ -1,13 +1,15 @@
 //! Every shader, without a device.
 
-use super::{features, head, head_matrix};
-use crate::gpu::cover::covering;
+use super::{features, head};
+use crate::gpu::image;
 use crate::gpu::matrices::Matrices;
 use crate::gpu::options::{DepthEncoding, Kernels, NormalEncoding, Options, Precision};
 use crate::gpu::surface::surface;
-use crate::gpu::{image, matrix_trial};
+use crate::gpu::wgpu_30::cover::covering;
+use crate::gpu::wgpu_30::matrix_trial;
 use crate::net::config::{Features, KernelWeights};
 use crate::net::gpu::conv::Kind;
+use crate::net::gpu::head::kernel_predict_matrix as head_matrix;
 use crate::net::graph::Activation;
 use crate::net::plan::Resample;
 use wgpu::naga;

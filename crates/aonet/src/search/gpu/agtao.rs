@@ -1,8 +1,8 @@
 //! Attenuated GTAO: the horizon search that networks see and correct. See [`crate::search::agtao`].
 
 use crate::gpu::options::{Options, Precision};
-use crate::gpu::pass::{Binding, Compiler, Pass, Recipe};
 use crate::gpu::shader::Shader;
+use crate::gpu::wgpu_30::pass::{Binding, Compiler, Pass, Recipe};
 use crate::search::gpu::denoise;
 use crate::search::gpu::pixels::{self, Reach};
 use crate::search::gpu::slices;

@@ -1,9 +1,9 @@
 //! The filter after a search. See `crate::search::denoise`.
 
 use crate::gpu::options::{Options, Precision};
-use crate::gpu::pass::{Binding, Compiler, Pass, Recipe};
 use crate::gpu::shader::Shader;
 use crate::gpu::surface::surface;
+use crate::gpu::wgpu_30::pass::{Binding, Compiler, Pass, Recipe};
 use crate::search::Denoise;
 
 /// The dispatch that filters the first buffer into the second, both HxW.

@@ -1,8 +1,8 @@
 //! What the methods that look at points around a pixel share.
 
 use crate::error::Result;
-use crate::gpu::context::Context;
 use crate::gpu::shader::Shader;
+use crate::gpu::wgpu_30::context::Context;
 
 /// Points in the unit ball; or directions, and places along them.
 pub(crate) type Sample = [f32; 4];

@@ -1,9 +1,9 @@
 //! A method that looks around every pixel.
 
 use crate::gpu::options::{Options, Precision};
-use crate::gpu::pass::{Binding, Compiler, Pass, Recipe};
 use crate::gpu::shader::Shader;
 use crate::gpu::surface::surface;
+use crate::gpu::wgpu_30::pass::{Binding, Compiler, Pass, Recipe};
 
 /// Parameters that they all have. See [`crate::search`].
 #[derive(Debug, Clone, Copy)]

@@ -1,11 +1,11 @@
 //! Coarser depth for far taps. See `crate::search::pyramid`.
 
 use crate::error::Result;
-use crate::gpu::context::Context;
 use crate::gpu::options::{Options, Precision};
-use crate::gpu::pass::{Binding, Compiler, Pass, Recipe};
 use crate::gpu::shader::Shader;
 use crate::gpu::surface::surface;
+use crate::gpu::wgpu_30::context::Context;
+use crate::gpu::wgpu_30::pass::{Binding, Compiler, Pass, Recipe};
 use crate::search::GtaoParams;
 use std::f32::consts::SQRT_2;
 

@@ -2,15 +2,15 @@
 
 use super::{agtao, denoise, gtao, hbao, pixels, ssao, ssdo, vbao};
 use crate::error::{Error, Result};
-use crate::gpu::chain::{Chain, Timestamps};
-use crate::gpu::context::Context;
-use crate::gpu::device::check_limits;
-use crate::gpu::device::scoped;
 use crate::gpu::image::{Image, Raw};
 use crate::gpu::options::{Frame, Kernels, Options, Precision};
-use crate::gpu::pass::{Binding, Compiler, Pass, Recipe};
 use crate::gpu::shader::Shader;
-use crate::gpu::view::{self, Textures, View};
+use crate::gpu::wgpu_30::chain::{Chain, Timestamps};
+use crate::gpu::wgpu_30::context::Context;
+use crate::gpu::wgpu_30::device::check_limits;
+use crate::gpu::wgpu_30::device::scoped;
+use crate::gpu::wgpu_30::pass::{Binding, Compiler, Pass, Recipe};
+use crate::gpu::wgpu_30::view::{self, Textures, View};
 use crate::search::Classic;
 use crate::search::gpu::hemisphere::{self, Sample};
 use crate::search::gpu::pyramid::Pyramid;

@@ -1,12 +1,12 @@
 //! The passes of a frame, one after the other.
 
 use crate::error::Result;
-use crate::gpu::context::Context;
-use crate::gpu::cover::cleared;
 use crate::gpu::image::Image;
 use crate::gpu::options::{Frame, Options};
-use crate::gpu::pass::Pass;
-use crate::gpu::view::View;
+use crate::gpu::wgpu_30::context::Context;
+use crate::gpu::wgpu_30::cover::cleared;
+use crate::gpu::wgpu_30::pass::Pass;
+use crate::gpu::wgpu_30::view::View;
 
 /// What is encoded for frames of one size.
 #[derive(Debug)]

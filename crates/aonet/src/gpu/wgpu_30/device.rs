@@ -3,7 +3,7 @@
 use crate::error::{Error, Result};
 use crate::gpu::matrices::Matrices;
 #[cfg(not(target_arch = "wasm32"))]
-use crate::gpu::matrix_trial;
+use crate::gpu::wgpu_30::matrix_trial;
 use std::pin::pin;
 use std::task::{Context, Poll, Waker};
 

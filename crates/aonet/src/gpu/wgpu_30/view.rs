@@ -2,9 +2,9 @@
 
 use crate::error::{Error, Result};
 use crate::frame::camera::Projection;
-use crate::gpu::context::Context;
-use crate::gpu::device::scoped;
 use crate::gpu::options::{DepthEncoding, Frame, NormalSpace, Options};
+use crate::gpu::wgpu_30::context::Context;
+use crate::gpu::wgpu_30::device::scoped;
 use glam::Mat3A;
 
 /// Views of textures of the session's size; all must be sampled once a pixel.

@@ -1,19 +1,21 @@
 //! The 1x1 convolution at the end and the image that it gives, in one dispatch. See [`crate::net::Op::KernelPredict`];
 //! AO-Net §3.3, Eq. 2.
 
+pub(crate) mod kernel_predict_matrix;
+
 use crate::error::Result;
-use crate::gpu::context::Context;
 use crate::gpu::matrices::Matrices;
 use crate::gpu::options::{Kernels, Precision};
-use crate::gpu::pass::{Binding, Compiler, Pass, Recipe};
 use crate::gpu::shader::Shader;
+use crate::gpu::wgpu_30::context::Context;
+use crate::gpu::wgpu_30::pass::{Binding, Compiler, Pass, Recipe};
 use crate::net::config::KernelWeights;
 use crate::net::gpu::conv;
-use crate::net::gpu::head_matrix;
 use crate::net::gpu::memory::{BLOCK, Memory, blocks};
 use crate::net::graph::{GUIDE_CHANNELS, TAPS, WINDOW};
 use crate::net::plan::{BufferId, Plan};
 use crate::net::weights::Weights;
+use kernel_predict_matrix as matrix;
 
 /// Invocations that share out the pixels of a patch at most.
 const MAX_GROUPS: usize = 4;
@@ -52,11 +54,11 @@ impl Head {
             Some(output) if input < channels => weight[output * channels + input],
             Some(_) | None => 0.0,
         };
-        let matrices = head_matrix::suits(context.kernels, channels, kernel);
+        let matrices = matrix::suits(context.kernels, channels, kernel);
         let packed = match matrices {
             Some(matrices) => {
                 let kernels = order.len() / (WINDOW * WINDOW);
-                head_matrix::packed(matrices, (kernels, channels), |output, i| value(order[output], i))
+                matrix::packed(matrices, (kernels, channels), |output, i| value(order[output], i))
             }
             None => packed(&order, (out_blocks(kernel) * BLOCK, blocks(channels)), value),
         };
@@ -100,7 +102,7 @@ impl Head {
         let of = (self.patch, self.kernel);
         let (shader, workgroups) = match self.matrices {
             Some(matrices) => {
-                (head_matrix::shader(matrices, input.channels, of), matrices.workgroups(cells, 1, 1))
+                (matrix::shader(matrices, input.channels, of), matrices.workgroups(cells, 1, 1))
             }
             None => {
                 let rows = cells_each(cells, self.kernel);
@@ -133,7 +135,7 @@ pub(crate) fn shader(
             .number("GROUPS", groups.min(MAX_GROUPS))
             .number("OUT_BLOCKS", out_blocks(kernel))
     };
-    let outputs = include_str!("head_outputs.wgsl");
+    let outputs = include_str!("outputs.wgsl");
     match kernel {
         KernelWeights::Off | KernelWeights::Correction => {
             let begin = begin(blocks(patch * patch)).number("PATCH", patch);

@@ -1,4 +1,4 @@
-// What matrix.wgsl says in plain words, for tests on devices without matrices: LANES invocations in a row share out the
+// What matrices.wgsl says in plain words, for tests on devices without matrices: LANES invocations in a row share out the
 // places of a matrix.
 
 /// Places of a lane: whole blocks, for no two lanes may write parts of one.

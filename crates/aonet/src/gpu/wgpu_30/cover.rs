@@ -45,7 +45,7 @@ pub fn cover_pipeline(
 /// The whole shader of a source for [`cover_pipeline`].
 pub(crate) fn covering(source: &str) -> String {
     // Behind the source, which may begin with what has to come first.
-    format!("{source}\n{}", include_str!("cover.wgsl"))
+    format!("{source}\n{}", include_str!("../cover.wgsl"))
 }
 
 /// A target that is cleared to `colour` and kept.

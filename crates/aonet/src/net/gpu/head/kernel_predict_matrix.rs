@@ -1,4 +1,4 @@
-//! Kernels on cooperative matrices. See `head.rs`, which knows everything else about them.
+//! Kernels on cooperative matrices. See `mod.rs`, which knows everything else about them.
 
 use crate::gpu::matrices::{Matrices, unrolled};
 use crate::gpu::options::Kernels;

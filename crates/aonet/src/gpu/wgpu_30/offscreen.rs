@@ -3,9 +3,9 @@
 use crate::error::{Error, Result};
 use crate::frame::ao_image::{AoImage, AoParams};
 use crate::frame::gbuffer::GBuffer;
-use crate::gpu::device::{Device, scoped};
 use crate::gpu::options::{DepthEncoding, Frame, Kernels, Options, Precision};
-use crate::gpu::view::{Textures, View};
+use crate::gpu::wgpu_30::device::{Device, scoped};
+use crate::gpu::wgpu_30::view::{Textures, View};
 use crate::net::gpu::Session;
 use crate::net::model::Model;
 use crate::search::Classic;

@@ -1,4 +1,4 @@
-//! Convolutions on cooperative matrices. See `conv.rs`, which knows everything else about them.
+//! Convolutions on cooperative matrices. See `mod.rs`, which knows everything else about them.
 
 use crate::gpu::matrices::{Matrices, unrolled};
 use crate::gpu::shader::Shader;

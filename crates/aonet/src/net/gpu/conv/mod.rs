@@ -1,10 +1,12 @@
 //! Convolutions. See [`crate::net::Op::Conv`].
 
+mod conv_matrix;
+
 use crate::error::Result;
-use crate::gpu::context::Context;
 use crate::gpu::options::{Kernels, Precision};
-use crate::gpu::pass::{Binding, Compiler, Pass, Recipe};
 use crate::gpu::shader::Shader;
+use crate::gpu::wgpu_30::context::Context;
+use crate::gpu::wgpu_30::pass::{Binding, Compiler, Pass, Recipe};
 use crate::net::gpu::memory::{BLOCK, Memory, blocks};
 use crate::net::graph::{Activation, LEAKY_SLOPE};
 use crate::net::plan::{BufferId, Plan, Resample, Source};
@@ -172,7 +174,7 @@ impl Kind {
             .number("FIRST_SOURCE", FIRST_SOURCE)
             .flag("LEAKY", self.activation == Activation::LeakyRelu)
             .float("LEAKY_SLOPE", LEAKY_SLOPE)
-            .part(include_str!("conv_buffers.wgsl"))
+            .part(include_str!("buffers.wgsl"))
             .part(main);
         let mut read = String::from("fn fetch(block: u32, cell: vec2<i32>) -> vec4<f32> {\n");
         for (i, resample) in self.sources.iter().enumerate() {

@@ -1,13 +1,13 @@
 //! A trial of products of matrices. They are experimental: a device whose products are wrong has to do without.
 
 use crate::error::{Error, Result};
-use crate::gpu::context::Context;
-use crate::gpu::device::scoped;
 use crate::gpu::matrices::Matrices;
 use crate::gpu::options::{Kernels, Precision};
-use crate::gpu::pass::{Binding, Compiler, Pass, Recipe};
 use crate::gpu::shader::Shader;
-use crate::gpu::view;
+use crate::gpu::wgpu_30::context::Context;
+use crate::gpu::wgpu_30::device::scoped;
+use crate::gpu::wgpu_30::pass::{Binding, Compiler, Pass, Recipe};
+use crate::gpu::wgpu_30::view;
 
 /// Whether every subgroup of a workgroup multiplies as it should. Waits for the device.
 pub(crate) fn succeeds(matrices: Matrices, device: &wgpu::Device, queue: &wgpu::Queue) -> bool {

@@ -1,11 +1,11 @@
 //! Features of a frame, padded and partitioned into patches. See [`crate::net::Op::PatchPartition`].
 
 use crate::error::Result;
-use crate::gpu::context::Context;
 use crate::gpu::options::{Options, Precision};
-use crate::gpu::pass::{Binding, Compiler, Pass, Recipe};
 use crate::gpu::shader::Shader;
 use crate::gpu::surface::surface;
+use crate::gpu::wgpu_30::context::Context;
+use crate::gpu::wgpu_30::pass::{Binding, Compiler, Pass, Recipe};
 use crate::net::config::{Channel, Features};
 use crate::net::gpu::memory::{Memory, blocks};
 use crate::net::plan::{BufferId, Plan};
