@@ -42,7 +42,7 @@ impl Canvas {
         Ok(Self { surface, configuration, present })
     }
 
-    /// Follows the canvas to another size [px], both sides above 0.
+    /// Follows the canvas to another size (px), both sides above 0.
     pub(crate) fn resize(&mut self, device: &wgpu::Device, (width, height): (u32, u32)) {
         (self.configuration.width, self.configuration.height) = (width, height);
         self.surface.configure(device, &self.configuration);

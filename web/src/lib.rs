@@ -68,7 +68,7 @@ impl Viewer {
         self.trouble.next()
     }
 
-    /// Follows the canvas to another size [px].
+    /// Follows the canvas to another size (px).
     ///
     /// # Errors
     /// When a side is 0 or too large for the device.
@@ -140,7 +140,7 @@ impl Viewer {
         Ok(())
     }
 
-    /// The AO radius [world units].
+    /// The AO radius (world units).
     ///
     /// # Errors
     /// When it is not above 0.
@@ -149,17 +149,17 @@ impl Viewer {
         Ok(())
     }
 
-    /// The AO radius [world units].
+    /// The AO radius (world units).
     pub fn radius(&self) -> f32 {
         self.frame.params.radius
     }
 
-    /// A length to compare radii with: the radius of the scene [world units].
+    /// A length to compare radii with: the radius of the scene (world units).
     pub fn scene_radius(&self) -> f32 {
         self.renderer.bounds().radius()
     }
 
-    /// Turns about the middle by angles [rad]: to the left, and up.
+    /// Turns about the middle by angles (rad): to the left, and up.
     pub fn turn(&mut self, yaw: f32, pitch: f32) {
         self.stage.orbit.turn(yaw, pitch);
     }

@@ -5,10 +5,10 @@ use aonet_scene::View;
 use aonet_scene::scene::Bounds;
 use aonet_view::renderer::Orbit;
 
-/// A camera that hands can move, and lengths that suit the scene [world units].
+/// A camera that hands can move, and lengths that suit the scene (world units).
 pub(crate) struct Stage {
     pub(crate) orbit: Orbit,
-    /// Vertical field of view [degrees].
+    /// Vertical field of view (degrees).
     fov_y_deg: f32,
     near: f32,
     pub(crate) far: f32,
@@ -16,7 +16,7 @@ pub(crate) struct Stage {
     pub(crate) radius: f32,
 }
 
-/// Of scenes from files: vertical field of view [degrees], direction of the view [rad], and the AO radius in radii of the
+/// Of scenes from files: vertical field of view (degrees), direction of the view (rad), and the AO radius in radii of the
 /// scene.
 // guess: a portrait of an object from somewhat above.
 const FOV_Y_DEG: f32 = 40.0;
@@ -45,7 +45,7 @@ impl Stage {
         Self { orbit, fov_y_deg: FOV_Y_DEG, near: 0.0, far: f32::INFINITY, radius: RADIUS * radius }
     }
 
-    /// The camera for frames of `size` (width, height) [px].
+    /// The camera for frames of `size` (width, height) (px).
     ///
     /// # Errors
     /// When the size is out of range.
@@ -53,7 +53,7 @@ impl Stage {
         self.orbit.camera(self.fov_y_deg.to_radians(), size, self.near)
     }
 
-    /// What the command line calls a view, with frames of `size` (width, height) [px] and an AO radius [world units].
+    /// What the command line calls a view, with frames of `size` (width, height) (px) and an AO radius (world units).
     pub(crate) fn view(&self, (width, height): (usize, usize), radius: f32) -> View {
         View {
             eye: self.orbit.eye().to_array(),

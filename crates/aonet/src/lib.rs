@@ -18,6 +18,6 @@ pub use frame::camera::{Camera, Projection};
 pub use frame::gbuffer::GBuffer;
 
 /// The README's program compiles.
-#[cfg(doctest)]
+#[cfg(all(doctest, feature = "weights"))]
 #[doc = include_str!("../../../README.md")]
 struct Readme;

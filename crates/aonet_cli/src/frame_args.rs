@@ -20,10 +20,10 @@ pub(crate) struct FrameArgs {
     /// What to write. AO: .exr (32-bit) or .png (16-bit grey), linear; a gallery: .png.
     #[arg(short, long)]
     output: PathBuf,
-    /// AO radius [world units]; otherwise the frame's or the view's.
+    /// AO radius (world units); otherwise the frame's or the view's.
     #[arg(long)]
     radius: Option<f32>,
-    /// Vertical field of view [degrees]; otherwise the frame's or the view's.
+    /// Vertical field of view (degrees); otherwise the frame's or the view's.
     #[arg(long = "fov-y", value_name = "DEG")]
     fov_y: Option<f32>,
     /// Camera and radius (JSON).

@@ -27,13 +27,13 @@ pub(crate) struct SceneArgs {
     /// View (JSON): eye, target, width, height, radius; optional up, fov_y_deg, near, far, ortho_height.
     #[arg(long, value_name = "VIEW.json")]
     pub(crate) view: PathBuf,
-    /// Image width instead of the view's [px].
+    /// Image width instead of the view's (px).
     #[arg(long)]
     pub(crate) width: Option<usize>,
-    /// Image height instead of the view's [px].
+    /// Image height instead of the view's (px).
     #[arg(long)]
     pub(crate) height: Option<usize>,
-    /// AO radius instead of the view's [world units].
+    /// AO radius instead of the view's (world units).
     #[arg(long)]
     pub(crate) radius: Option<f32>,
     /// Put a large floor below the scene's lowest point.
@@ -74,10 +74,10 @@ pub(crate) struct StageArgs {
     /// The scene is one to stand inside: no floor is added, the camera goes between its walls.
     #[arg(long)]
     pub(crate) environment: bool,
-    /// Image width [px].
+    /// Image width (px).
     #[arg(long)]
     pub(crate) width: Option<usize>,
-    /// Image height [px].
+    /// Image height (px).
     #[arg(long)]
     pub(crate) height: Option<usize>,
     /// Which of the cameras that are placed by themselves.
@@ -123,13 +123,13 @@ impl StageArgs {
 // guess: contact shadows of furniture in a room.
 const RADIUS_ON_SCREEN: f32 = 0.12;
 
-/// A radius [world units] that suits a view.
+/// A radius (world units) that suits a view.
 pub(crate) fn radius_on_screen(surface: &Surface) -> f32 {
     let camera = surface.gbuffer.camera();
     RADIUS_ON_SCREEN * camera.height as f32 / camera.projected_px(1.0, middle_depth(surface))
 }
 
-/// The median depth of what is seen [world units].
+/// The median depth of what is seen (world units).
 pub(crate) fn middle_depth(surface: &Surface) -> f32 {
     let mut depths: Vec<f32> = surface.gbuffer.depth().iter().copied().filter(|d| d.is_finite()).collect();
     depths.sort_by(f32::total_cmp);

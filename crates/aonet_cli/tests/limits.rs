@@ -8,11 +8,11 @@ use std::path::Path;
 use std::process::Command;
 use std::sync::{Mutex, PoisonError};
 
-/// Most memory of the process with frame and parameters at 1280x720 [MiB].
+/// Most memory of the process with frame and parameters at 1280x720 (MiB).
 const PEAK_MIB: f64 = 100.0;
-/// Most that a first image may take longer than the others, once a model is in memory [ms].
+/// Most that a first image may take longer than the others, once a model is in memory (ms).
 const START_MS: f64 = 30.0;
-/// Largest program of the profile `dist`, without training [bytes].
+/// Largest program of the profile `dist`, without training (bytes).
 const PROGRAM_BYTES: u64 = 8_000_000;
 
 /// Held while a test measures: others would take the machine from it.

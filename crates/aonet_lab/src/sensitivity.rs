@@ -18,7 +18,7 @@ use serde::Serialize;
 /// Noise, in standard deviations of the channel. Eq. 1.
 const NOISE: f64 = 0.1;
 
-/// Side of a crop [px], rounded up to what the network divides. guess: most of what a U-Net of four levels sees.
+/// Side of a crop (px), rounded up to what the network divides. guess: most of what a U-Net of four levels sees.
 const CROP: usize = 96;
 
 /// Multiply-accumulates to spend on a network, and bounds on the crops that come of it. The oracle manages about

@@ -10,7 +10,7 @@ use aonet_scene::scene::procedural;
 use aonet_scene::trace::Tracer;
 use std::path::{Path, PathBuf};
 
-/// Instruction sets round differently, and a horizon may fall on the other side of a pixel [dB].
+/// Instruction sets round differently, and a horizon may fall on the other side of a pixel (dB).
 const LEAST: f64 = 45.0;
 
 fn golden(name: &str) -> PathBuf {

@@ -23,7 +23,7 @@ use std::path::PathBuf;
 const SPP: u32 = 256;
 const ROUNDS: usize = 7;
 
-/// One thread's processor time [s]: other programs on the machine do not count.
+/// One thread's processor time (s): other programs on the machine do not count.
 fn processor_time() -> f64 {
     let stat = std::fs::read_to_string("/proc/thread-self/schedstat").expect("Linux");
     stat.split(' ').next().and_then(|ns| ns.parse::<f64>().ok()).expect("nanoseconds") * 1e-9

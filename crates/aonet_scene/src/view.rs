@@ -9,30 +9,30 @@ use std::path::Path;
 /// A camera and an AO radius in glTF world space (right-handed, +Y up).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct View {
-    /// Camera position [world units].
+    /// Camera position (world units).
     pub eye: [f32; 3],
-    /// Point in the middle of the image [world units].
+    /// Point in the middle of the image (world units).
     pub target: [f32; 3],
     /// Direction that is up in the image.
     #[serde(default = "up")]
     pub up: [f32; 3],
-    /// Vertical field of view [degrees]; ignored when `ortho_height` is given.
+    /// Vertical field of view (degrees); ignored when `ortho_height` is given.
     #[serde(default = "fov_y_deg")]
     pub fov_y_deg: f32,
-    /// Height of the image plane of an orthographic camera [world units].
+    /// Height of the image plane of an orthographic camera (world units).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub ortho_height: Option<f32>,
-    /// Image width [px].
+    /// Image width (px).
     pub width: usize,
-    /// Image height [px].
+    /// Image height (px).
     pub height: usize,
-    /// Nearest visible distance along the axis [world units].
+    /// Nearest visible distance along the axis (world units).
     #[serde(default)]
     pub near: f32,
-    /// Farthest visible distance along the axis [world units]; beyond is background.
+    /// Farthest visible distance along the axis (world units); beyond is background.
     #[serde(default = "far", skip_serializing_if = "is_infinite", with = "far_or_infinite")]
     pub far: f32,
-    /// AO radius [world units].
+    /// AO radius (world units).
     pub radius: f32,
 }
 

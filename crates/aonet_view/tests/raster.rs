@@ -15,7 +15,7 @@ use glam::{Vec3, Vec3A};
 
 /// Share of the pixels that may differ: those whose centre lies on an edge. Measured: 0.34 % at most.
 const MOST_STRAYS: f32 = 0.005;
-/// Largest angle between normals of a pixel that agrees [degrees].
+/// Largest angle between normals of a pixel that agrees (degrees).
 const ANGLE_DEG: f32 = 2.0;
 /// Largest difference of its depths, relative.
 const DEPTH: f32 = 1e-3;

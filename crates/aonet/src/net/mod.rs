@@ -13,6 +13,7 @@ pub mod graph;
 pub mod model;
 pub mod naive;
 pub mod plan;
+#[cfg(feature = "weights")]
 pub mod shipped;
 pub mod weights;
 

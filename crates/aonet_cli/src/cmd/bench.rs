@@ -76,7 +76,7 @@ pub(crate) struct Args {
     gpu: gpu::Flags,
 }
 
-/// A size [px] from `WxH`.
+/// A size (px) from `WxH`.
 pub(crate) fn parse_size(text: &str) -> Result<(usize, usize)> {
     let (width, height) =
         text.split_once('x').ok_or_else(|| anyhow::anyhow!("expected WxH, such as 1280x720"))?;

@@ -28,7 +28,7 @@ pub(crate) struct Args {
     /// Fail if an image's SSIM over the full frame is lower.
     #[arg(long, value_parser = number_that_compares)]
     min_ssim: Option<f64>,
-    /// Fail if an image's PSNR over the full frame is lower [dB].
+    /// Fail if an image's PSNR over the full frame is lower (dB).
     #[arg(long, value_parser = number_that_compares)]
     min_psnr: Option<f64>,
     /// Draw reference, images and their errors side by side.

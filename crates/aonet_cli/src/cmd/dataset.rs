@@ -99,10 +99,10 @@ pub(super) struct Make {
     /// Frames of all splits together, shared out as in the preset.
     #[arg(long)]
     frames: Option<u32>,
-    /// Image width [px].
+    /// Image width (px).
     #[arg(long)]
     width: Option<usize>,
-    /// Image height [px].
+    /// Image height (px).
     #[arg(long)]
     height: Option<usize>,
     /// Reference rays per pixel, of all splits unless --eval-spp says otherwise.

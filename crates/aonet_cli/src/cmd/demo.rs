@@ -36,7 +36,7 @@ pub(crate) struct Args {
     /// Rays per pixel of the reference.
     #[arg(long, default_value_t = 128)]
     spp: u32,
-    /// AO radius [world units]; otherwise the view's, or a tenth of the image at the view's middle distance.
+    /// AO radius (world units); otherwise the view's, or a tenth of the image at the view's middle distance.
     #[arg(long)]
     radius: Option<f32>,
     /// Threads of the network [default: all cores].

@@ -42,7 +42,7 @@ pub(crate) struct Args {
     /// Rays per pixel of the reference.
     #[arg(long, default_value_t = 256)]
     spp: u32,
-    /// AO radius [world units]; otherwise the view's, or what suits it.
+    /// AO radius (world units); otherwise the view's, or what suits it.
     #[arg(long)]
     radius: Option<f32>,
     /// Threads of the networks [default: all cores].

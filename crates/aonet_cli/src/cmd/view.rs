@@ -45,10 +45,10 @@ pub(crate) struct Args {
     /// What is drawn: shaded, ao, normals, or error (method minus reference).
     #[arg(long, default_value = "shaded")]
     show: String,
-    /// AO radius instead of the view's [world units].
+    /// AO radius instead of the view's (world units).
     #[arg(long)]
     radius: Option<f32>,
-    /// Width and height [px].
+    /// Width and height (px).
     #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = size)]
     size: (usize, usize),
     /// The camera's way: keys of seconds, eye and target (JSON), as the window records them.

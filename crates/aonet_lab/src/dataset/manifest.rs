@@ -71,7 +71,7 @@ pub struct FrameEntry {
     pub split: Split,
     /// Camera and radius.
     pub view: View,
-    /// AO radius [world units], the view's.
+    /// AO radius (world units), the view's.
     pub radius: f32,
     /// Reference rays per pixel; 0 where an imported frame does not say.
     pub spp: u32,

@@ -94,9 +94,9 @@ pub struct Recipe {
     pub preset: Preset,
     /// Seed of everything random.
     pub seed: u64,
-    /// Image width [px]; of imported frames, which may differ, that of the first.
+    /// Image width (px); of imported frames, which may differ, that of the first.
     pub width: usize,
-    /// Image height [px]; of imported frames that of the first.
+    /// Image height (px); of imported frames that of the first.
     pub height: usize,
     /// Frames in each split.
     pub frames: Counts,

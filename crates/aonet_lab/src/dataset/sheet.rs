@@ -7,7 +7,7 @@ use aonet_scene::error::{Error, Result};
 use image::RgbImage;
 use image::imageops::{replace, thumbnail};
 
-/// Largest width of a panel [px].
+/// Largest width of a panel (px).
 const PANEL_WIDTH: u32 = 320;
 
 /// Most frames of a sheet.

@@ -65,19 +65,19 @@ pub struct Row {
     pub ssim: f64,
     /// SSIM, flat 8x8 window, full frame.
     pub ssim_8x8: f64,
-    /// Mean of the frames' PSNR [dB], full frame.
+    /// Mean of the frames' PSNR (dB), full frame.
     pub psnr: f64,
-    /// PSNR of the mean squared error over all pixels [dB].
+    /// PSNR of the mean squared error over all pixels (dB).
     pub psnr_pooled: f64,
     /// SSIM over Gaussian windows centred on foreground; frames without any are left out, here and below.
     pub ssim_foreground: Option<f64>,
     /// The same of the flat 8x8 window.
     pub ssim_8x8_foreground: Option<f64>,
-    /// Mean of the frames' PSNR over foreground pixels [dB].
+    /// Mean of the frames' PSNR over foreground pixels (dB).
     pub psnr_foreground: Option<f64>,
-    /// PSNR of the mean squared error over all foreground pixels [dB].
+    /// PSNR of the mean squared error over all foreground pixels (dB).
     pub psnr_pooled_foreground: Option<f64>,
-    /// Median time a frame [ms]; nothing for a constant.
+    /// Median time a frame (ms); nothing for a constant.
     pub ms: Option<f64>,
 }
 
@@ -139,7 +139,7 @@ pub fn evaluate(
     Ok(Table { breakdown: names.zip(breakdown).collect(), ..table(contestants, &measured) })
 }
 
-/// AO of a frame by a method, and the time it took [ms]; the background is 1.
+/// AO of a frame by a method, and the time it took (ms); the background is 1.
 ///
 /// # Errors
 /// When the frame's size is out of range.

@@ -74,11 +74,11 @@ impl RadiusClass {
     }
 }
 
-/// Reach of each phenomenon [px], and of what counts as thin. guess: what one sees as a halo at 640 to 1280 px.
+/// Reach of each phenomenon (px), and of what counts as thin. guess: what one sees as a halo at 640 to 1280 px.
 const EDGE_REACH: usize = 4;
 const THIN: usize = 8;
 const THIN_REACH: usize = 16;
-/// Distance from the pixel's plane that makes an edge [share of the AO radius]. guess
+/// Distance from the pixel's plane that makes an edge (share of the AO radius). guess
 const EDGE_STEP: f32 = 0.1;
 /// Share of a side that is border.
 const BORDER: f32 = 0.05;
@@ -111,7 +111,7 @@ pub fn masks(gbuffer: &GBuffer, params: AoParams, reference: &AoImage) -> [Vec<b
 
 struct Grid<'a> {
     gbuffer: &'a GBuffer,
-    /// [world units]
+    /// (world units)
     step: f32,
 }
 

@@ -75,7 +75,7 @@ impl<'a> ExrFile<'a> {
         Ok(Self { channels: channels.collect(), size: (width, height), reader, justified_bytes })
     }
 
-    /// Width and height [px] of the display window.
+    /// Width and height (px) of the display window.
     pub(crate) fn size(&self) -> (usize, usize) {
         self.size
     }

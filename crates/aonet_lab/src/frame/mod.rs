@@ -3,7 +3,7 @@
 //! | channel | meaning |
 //! |---|---|
 //! | `normal.X/Y/Z` | half; unit shading normal in view space, zero on the background |
-//! | `depth` | float; distance along -Z [world units], infinite on the background |
+//! | `depth` | float; distance along -Z (world units), infinite on the background |
 //! | `mask` | half; 1 where there is geometry, else 0 |
 //! | `geo_normal.X/Y/Z` | half, optional; geometric normal in view space |
 //! | `ao` | half, optional; visibility |
@@ -35,7 +35,7 @@ pub struct Frame {
     pub geo_normal: Option<Vec<[f32; 3]>>,
     /// Reference AO.
     pub ao: Option<AoImage>,
-    /// AO radius [world units] that belongs to the frame.
+    /// AO radius (world units) that belongs to the frame.
     pub radius: Option<f32>,
     /// The view that made the frame, where known.
     pub view: Option<View>,
@@ -46,9 +46,9 @@ pub struct Frame {
 pub struct FrameHints {
     /// A whole view: camera and radius. Needed where normals are in world space.
     pub view: Option<View>,
-    /// Vertical field of view [degrees].
+    /// Vertical field of view (degrees).
     pub fov_y_deg: Option<f32>,
-    /// AO radius [world units].
+    /// AO radius (world units).
     pub radius: Option<f32>,
     /// Space of the normals; by default told from the channel names.
     pub normals: Option<NormalSpace>,

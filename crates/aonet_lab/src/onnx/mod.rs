@@ -50,9 +50,9 @@ pub enum Extent {
     Dynamic,
     /// This size, whatever the alignment: the file pads by repeating the edge, as a session does, and crops.
     Fixed {
-        /// [px].
+        /// (px).
         width: usize,
-        /// [px].
+        /// (px).
         height: usize,
     },
 }
@@ -161,7 +161,7 @@ fn value_info(port: &Port) -> proto::ValueInfo {
     proto::ValueInfo { name: port.name.to_owned(), r#type: Some(proto::Type { tensor_type }) }
 }
 
-/// Format number, configuration, names of the input's channels and alignment [px]; JSON.
+/// Format number, configuration, names of the input's channels and alignment (px); JSON.
 fn metadata(model: &Model) -> Result<Vec<proto::Entry>> {
     let wrong = |e: serde_json::Error| Error::request("metadata", "JSON", e);
     let channels = model.config().features.channels();

@@ -1,7 +1,7 @@
 //! A network rewritten to be fast in ONNX Runtime, and equal to the plain form up to the order of sums.
 //!
 //! What is rewritten are linear kernels: they are never predicted. The head is linear, so that a pixel's visibility is
-//! `sum_k (sum_d W[k,d] f[d] + b[k]) n[k] = sum_d f[d] (sum_k W[k,d] n[k]) + sum_k b[k] n[k]`: convolve the normals with
+//! `sum_k (sum_d W(k,d) f(d) + b(k)) n(k) = sum_d f(d) (sum_k W(k,d) n(k)) + sum_k b(k) n(k)`: convolve the normals with
 //! the head's weights, multiply with the features, add up. As many multiplications, but 32 planes for each pixel of the
 //! patch instead of 48, no shifted copies of the normals, and all of it in the runtime's blocked layout.
 //!

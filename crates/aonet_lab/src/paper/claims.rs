@@ -56,7 +56,7 @@ impl Claim {
     }
 }
 
-/// SSIM and PSNR [dB] of a row.
+/// SSIM and PSNR (dB) of a row.
 fn quality(m: &Measurements, key: &str) -> Option<[f64; 2]> {
     let row = m.row(key)?;
     Some([row.ssim()?.mean, row.psnr()?.mean])

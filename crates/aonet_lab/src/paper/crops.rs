@@ -15,7 +15,7 @@ const STEPS: usize = 8;
 /// Colour of the outline of a window.
 const OUTLINE: [u8; 3] = [230, 80, 0];
 
-/// A rectangle of a frame [px].
+/// A rectangle of a frame (px).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 pub(super) struct Window {
     pub(super) left: usize,
@@ -83,7 +83,7 @@ pub(super) fn outlined(mut picture: RgbImage, w: Window) -> RgbImage {
     picture
 }
 
-/// PSNR inside a window [dB].
+/// PSNR inside a window (dB).
 pub(super) fn psnr(reference: &AoImage, image: &AoImage, window: Window) -> f64 {
     let squared = |i: usize| f64::from(reference.visibility()[i] - image.visibility()[i]).powi(2);
     let sum: f64 = window.pixels(reference.width()).map(squared).sum();

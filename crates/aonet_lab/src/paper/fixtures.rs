@@ -60,7 +60,7 @@ pub(crate) fn scores(ssim: f64, psnr: f64) -> Row {
     }
 }
 
-/// Measurements of rows: name, SSIM, PSNR [dB], time at 1280x720 [ms].
+/// Measurements of rows: name, SSIM, PSNR (dB), time at 1280x720 (ms).
 pub(crate) fn measurements(rows: &[(&str, f64, f64, f64)]) -> Measurements {
     let row = |&(key, ssim, psnr, ms): &(&str, f64, f64, f64)| {
         let measured = Measured {

@@ -36,13 +36,13 @@ impl Level {
 /// What a level costs.
 #[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize)]
 pub(super) struct Cost {
-    /// Median run-time [ms].
+    /// Median run-time (ms).
     pub(super) ms: f64,
     /// Multiply-accumulates of its convolutions and kernels in one frame.
     pub(super) macs: f64,
 }
 
-/// Cost of every level of a U-Net at `size` (width, height) [px].
+/// Cost of every level of a U-Net at `size` (width, height) (px).
 ///
 /// # Errors
 /// When the session cannot be made.

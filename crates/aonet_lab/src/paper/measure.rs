@@ -14,7 +14,7 @@ use rayon::ThreadPool;
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Image size (width, height) [px].
+/// Image size (width, height) (px).
 pub type Size = (usize, usize);
 
 /// What is to be measured.
@@ -33,15 +33,15 @@ pub struct Needs {
 pub struct Measured {
     /// Means over the test frames, one a seed; empty if they were not asked for.
     pub scores: Vec<Row>,
-    /// Median run-time [ms] by `WIDTHxHEIGHT`, of the first seed: all seeds take the same.
+    /// Median run-time (ms) by `WIDTHxHEIGHT`, of the first seed: all seeds take the same.
     pub ms: BTreeMap<String, f64>,
-    /// Shortest run-time [ms] by `WIDTHxHEIGHT`: what a busy machine disturbs least.
+    /// Shortest run-time (ms) by `WIDTHxHEIGHT`: what a busy machine disturbs least.
     pub min_ms: BTreeMap<String, f64>,
     /// Scalar parameters of a network.
     pub parameters: Option<usize>,
     /// Multiply-accumulates a pixel of a network.
     pub macs_per_pixel: Option<f64>,
-    /// Size of the model as a file of half floats [bytes], where the weights fit them.
+    /// Size of the model as a file of half floats (bytes), where the weights fit them.
     pub f16_bytes: Option<usize>,
     /// Optimiser steps that the model tells of.
     pub steps: u64,
@@ -76,12 +76,12 @@ impl Measured {
         self.score(|r| Some(r.ssim))
     }
 
-    /// Mean PSNR over the full frame [dB].
+    /// Mean PSNR over the full frame (dB).
     pub fn psnr(&self) -> Option<OverSeeds> {
         self.score(|r| Some(r.psnr))
     }
 
-    /// Median run-time at a size [ms].
+    /// Median run-time at a size (ms).
     pub fn ms_at(&self, size: Size) -> Option<f64> {
         self.ms.get(&size_name(size)).copied()
     }

@@ -12,13 +12,13 @@ use std::io::Cursor;
 
 const STYLE: &str = include_str!("report.css");
 
-/// Widest picture in the page [px]: what a column of a desktop's window shows, at twice the density on a phone.
+/// Widest picture in the page (px): what a column of a desktop's window shows, at twice the density on a phone.
 const PANEL_WIDTH: u32 = 480;
 
-/// Narrowest column of pictures [px]; a narrower window scrolls sideways.
+/// Narrowest column of pictures (px); a narrower window scrolls sideways.
 const COLUMN_WIDTH: u32 = 150;
 
-/// Pictures narrower than this are enlarged without smoothing [px].
+/// Pictures narrower than this are enlarged without smoothing (px).
 const CROP_WIDTH: u32 = 240;
 
 /// One HTML page: tables, charts and pictures inside it, no scripts, nothing from a network.

@@ -11,9 +11,9 @@ use std::path::{Path, PathBuf};
 pub struct PaperNumbers {
     /// SSIM on its own dataset.
     pub ssim: Option<f64>,
-    /// PSNR on its own dataset [dB].
+    /// PSNR on its own dataset (dB).
     pub psnr: Option<f64>,
-    /// Run-time at 1280x720 on its GPU [ms].
+    /// Run-time at 1280x720 on its GPU (ms).
     pub ms: Option<f64>,
 }
 
@@ -77,11 +77,11 @@ pub const TABLE_1: [Row; 12] = [
 /// AO-Net Table 2: run-time at three sizes.
 pub const TABLE_2: [Row; 4] = [DEEP_AO, DEEP_SHADING, AO_NET_ROW, OURS];
 
-/// AO-Net Table 2: the paper's run-times [ms] at [`SIZES`].
+/// AO-Net Table 2: the paper's run-times (ms) at [`SIZES`].
 pub const TABLE_2_MS: [Option<[f64; 3]>; 4] =
     [Some([2.26, 3.96, 7.09]), Some([3.56, 6.09, 11.35]), Some([2.67, 3.92, 6.95]), None];
 
-/// AO-Net Table 2: its three sizes (width, height) [px].
+/// AO-Net Table 2: its three sizes (width, height) (px).
 pub const SIZES: [(usize, usize); 3] = [(540, 540), HD, (2048, 1024)];
 
 /// The size that all other run-times are for.

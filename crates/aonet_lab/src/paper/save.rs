@@ -7,7 +7,7 @@ use aonet_scene::atomic_file;
 use aonet_scene::error::{Error, Result};
 use std::path::{Path, PathBuf};
 
-/// Width of a sheet of pictures [px].
+/// Width of a sheet of pictures (px).
 const SHEET_WIDTH: u32 = 1920;
 
 impl Section {

@@ -10,11 +10,11 @@ use image::{Rgb, RgbImage};
 use std::io::Cursor;
 use std::path::Path;
 
-/// Width of a [`sheet`] [px], and the largest height of one of its panels.
+/// Width of a [`sheet`] (px), and the largest height of one of its panels.
 const SHEET_WIDTH: u32 = 1280;
 const PANEL_HEIGHT: u32 = 960;
 
-/// Space between the panels of a sheet, and around their captions [px].
+/// Space between the panels of a sheet, and around their captions (px).
 const GAP: u32 = 4;
 const CAPTION: u32 = text::LINE + 2 * GAP;
 
@@ -125,7 +125,7 @@ pub fn sheet(panels: &[(RgbImage, Caption)], columns: usize) -> Result<RgbImage>
     sheet_of_width(panels, columns, SHEET_WIDTH)
 }
 
-/// A [`sheet`] about `width` wide [px].
+/// A [`sheet`] about `width` wide (px).
 ///
 /// # Errors
 /// When there are no panels or no columns, or a panel would have no pixel.

@@ -4,10 +4,10 @@
 use font8x8::{BASIC_FONTS, LATIN_FONTS, UnicodeFonts};
 use image::{Rgb, RgbImage};
 
-/// Height of a line [px].
+/// Height of a line (px).
 pub(super) const LINE: u32 = 16;
 
-/// Space between letters and width of a blank [px].
+/// Space between letters and width of a blank (px).
 const SPACING: u32 = 2;
 const BLANK: u32 = 6;
 
@@ -43,7 +43,7 @@ fn doubled(dots: &Dots) -> Dots {
     (0..2 * height).map(|y| (0..2 * width).map(|x| quarter(y, x)).collect()).collect()
 }
 
-/// Width of a text [px].
+/// Width of a text (px).
 pub(super) fn width(text: &str) -> u32 {
     text.chars().map(advance).sum()
 }

@@ -6,11 +6,11 @@ use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
-/// Width of a whole picture, and height of one chart of it [px].
+/// Width of a whole picture, and height of one chart of it (px).
 const WIDTH: u32 = 960;
 const HEIGHT: u32 = 250;
 
-/// Space for title and legend above the bars, for group names below, and at both sides [px].
+/// Space for title and legend above the bars, for group names below, and at both sides (px).
 const ABOVE: i32 = 62;
 const BELOW: i32 = 26;
 const SIDE: i32 = 12;
@@ -18,7 +18,7 @@ const SIDE: i32 = 12;
 /// Share of a group's width that its bars take.
 const FILLED: f64 = 0.78;
 
-/// Sizes of text [px], and the mean width of a small letter of a sans-serif font.
+/// Sizes of text (px), and the mean width of a small letter of a sans-serif font.
 const TITLE: i32 = 16;
 const SMALL: i32 = 12;
 const LETTER: i32 = 7;

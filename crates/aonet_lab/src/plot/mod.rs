@@ -10,7 +10,7 @@ use plotters::prelude::*;
 use std::ops::Range;
 use std::path::Path;
 
-/// Width and height [px] of one chart.
+/// Width and height (px) of one chart.
 const SIZE: (u32, u32) = (900, 340);
 
 /// Colours that people with colour-blindness tell apart. // Okabe and Ito 2008
@@ -40,7 +40,7 @@ pub fn curves(path: &Path, title: &str, series: &[Series<'_>]) -> Result<()> {
     save(path, &[(title, series)])
 }
 
-/// Training loss and validation loss above validation PSNR [dB], over steps.
+/// Training loss and validation loss above validation PSNR (dB), over steps.
 ///
 /// # Errors
 /// When the file cannot be written.

@@ -1,6 +1,6 @@
 //! How much memory this process has needed, where the system tells (Linux).
 
-/// Largest resident size of this process [MiB] since it started, or since [`reset_peak`].
+/// Largest resident size of this process (MiB) since it started, or since [`reset_peak`].
 pub fn peak_mib() -> Option<f64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find(|l| l.starts_with("VmHWM:"))?;

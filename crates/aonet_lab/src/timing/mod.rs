@@ -26,18 +26,18 @@ use std::time::Instant;
 /// Run-time of a method at one size.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Times {
-    /// Median of the runs [ms].
+    /// Median of the runs (ms).
     pub median_ms: f64,
-    /// Fastest run [ms].
+    /// Fastest run (ms).
     pub min_ms: f64,
-    /// Slowest run [ms].
+    /// Slowest run (ms).
     pub max_ms: f64,
-    /// From a model in memory to its first image: making the session and one run [ms]. For classic methods: the first run.
+    /// From a model in memory to its first image: making the session and one run (ms). For classic methods: the first run.
     pub first_ms: f64,
-    /// Median time of a network's first step [ms], part of the others: horizon search, features, patches. 0 for classic
+    /// Median time of a network's first step (ms), part of the others: horizon search, features, patches. 0 for classic
     /// methods.
     pub features_ms: f64,
-    /// Memory of the session [bytes]: activations and scratch, without parameters. 0 for classic methods.
+    /// Memory of the session (bytes): activations and scratch, without parameters. 0 for classic methods.
     pub session_bytes: usize,
 }
 
@@ -49,13 +49,13 @@ impl Times {
     }
 }
 
-/// The radius of every timed frame [world units]; the frame's depth is about 3.
+/// The radius of every timed frame (world units); the frame's depth is about 3.
 const PARAMS: AoParams = AoParams { radius: 0.5 };
 
-/// Of the frame of [`calibrated`] (width, height) [px].
+/// Of the frame of [`calibrated`] (width, height) (px).
 const CALIBRATION_SIZE: (usize, usize) = (256, 128);
 
-/// Times `runs` runs (at least one) of `model` on a synthetic frame of `size` (width, height) [px], after a first one.
+/// Times `runs` runs (at least one) of `model` on a synthetic frame of `size` (width, height) (px), after a first one.
 ///
 /// # Errors
 /// When a side is out of range, the threads are none or cannot be started, the machine does not have the instructions, or the
@@ -105,7 +105,7 @@ pub fn pool(threads: usize) -> Result<ThreadPool> {
     built.map_err(|e| Error::request("threads", "threads that can be started", e))
 }
 
-/// Median time [ms] of every step of the session's plan, measured as [`time`] does.
+/// Median time (ms) of every step of the session's plan, measured as [`time`] does.
 ///
 /// # Errors
 /// As [`time`].

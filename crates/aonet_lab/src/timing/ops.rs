@@ -22,9 +22,9 @@ pub struct OpCost {
     pub inputs: usize,
     /// Channels that it computes; of a head, those of its convolution.
     pub outputs: usize,
-    /// Of what it writes [px or cells].
+    /// Of what it writes (px or cells).
     pub width: usize,
-    /// Of what it writes [px or cells].
+    /// Of what it writes (px or cells).
     pub height: usize,
     /// Operations of a direct convolution and of the kernels: two for each multiply-add. The horizon search is not counted.
     pub flop: f64,
@@ -38,7 +38,7 @@ pub struct OpTime {
     /// What it has to do.
     #[serde(flatten)]
     pub cost: OpCost,
-    /// Median [ms].
+    /// Median (ms).
     pub median_ms: f64,
 }
 

@@ -18,9 +18,9 @@ const ROUNDS: [usize; 2] = [30, 9];
 /// Peaks of some threads of this machine.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Peaks {
-    /// Multiply-adds in registers, two operations each [GFLOP/s].
+    /// Multiply-adds in registers, two operations each (GFLOP/s).
     pub gflop_per_s: f64,
-    /// Bytes read plus bytes written by a copy in main memory [GB/s].
+    /// Bytes read plus bytes written by a copy in main memory (GB/s).
     pub copy_gb_per_s: f64,
 }
 
@@ -46,7 +46,7 @@ impl Peaks {
     }
 }
 
-/// The best rate of some rounds [1e9/s] of what `work` says that it did, by one thread for each of `states`.
+/// The best rate of some rounds (1e9/s) of what `work` says that it did, by one thread for each of `states`.
 fn best<T: Send>(mut states: Vec<T>, rounds: usize, work: &(dyn Fn(&mut T) -> f64 + Sync)) -> f64 {
     let barrier = Barrier::new(states.len());
     let round = |state: &mut T| {

@@ -16,7 +16,7 @@ pub struct TrainConfig {
     pub steps: u64,
     /// Crops a step. The paper: 16.
     pub batch: usize,
-    /// Side of the square crops [px]; a multiple of the network's alignment.
+    /// Side of the square crops (px); a multiple of the network's alignment.
     pub crop: usize,
     /// How gradients become changes of the weights.
     #[serde(default)]

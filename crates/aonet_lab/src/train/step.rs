@@ -29,7 +29,7 @@ pub(crate) struct Stepper<'a> {
     /// One single-threaded pool a worker: crops go side by side, each small enough for the caches, and the
     /// framework's own threading stays out of the way. Empty: the whole batch at once, for a GPU.
     pub(crate) workers: &'a [rayon::ThreadPool],
-    /// Side of the crops [px].
+    /// Side of the crops (px).
     pub(crate) side: usize,
     /// Slope beyond [0, 1]: [`LEAK`], or 1 for a loss without kinks.
     pub(crate) leak: f64,

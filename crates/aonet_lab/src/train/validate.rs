@@ -17,7 +17,7 @@ pub struct Scores {
     pub loss: f64,
     /// Gaussian 11x11, full frame.
     pub ssim: f64,
-    /// Mean of the frames' PSNR [dB], full frame.
+    /// Mean of the frames' PSNR (dB), full frame.
     pub psnr: f64,
 }
 

@@ -100,7 +100,7 @@ pub(super) fn source() -> String {
 }
 
 impl Reference {
-    /// A reference of `size` (width, height) [px]: all background until it is told where rays start.
+    /// A reference of `size` (width, height) (px): all background until it is told where rays start.
     ///
     /// # Errors
     /// When a side is 0 or the image too large for the device, `spp` is 0 or too large, the output cannot be rendered to,
@@ -120,7 +120,7 @@ impl Reference {
         Ok(Self { scene: scene.clone(), options, programs, spokes, ring, sized, radius: 1.0, walk })
     }
 
-    /// Changes the size to `size` (width, height) [px]; views of another size are of no use then, and rays must be told anew
+    /// Changes the size to `size` (width, height) (px); views of another size are of no use then, and rays must be told anew
     /// where to start. After an error the reference is as before.
     ///
     /// # Errors
@@ -164,7 +164,7 @@ impl Reference {
         self.walk.samples
     }
 
-    /// Width and height [px].
+    /// Width and height (px).
     pub fn size(&self) -> (usize, usize) {
         self.sized.size
     }

@@ -21,7 +21,7 @@ use textures::Decal;
 pub struct Scene {
     /// What it is called in manifests and tables.
     pub name: String,
-    /// Vertex positions [world units].
+    /// Vertex positions (world units).
     pub position: Vec<Vec3>,
     /// One unit shading normal a vertex.
     pub normal: Vec<Vec3>,
@@ -41,14 +41,14 @@ pub const DEFAULT_ALBEDO: [f32; 3] = [0.7; 3];
 /// Axis-aligned box.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bounds {
-    /// Smallest corner [world units].
+    /// Smallest corner (world units).
     pub min: Vec3,
-    /// Largest corner [world units].
+    /// Largest corner (world units).
     pub max: Vec3,
 }
 
 impl Bounds {
-    /// Radius of the sphere around the box [world units].
+    /// Radius of the sphere around the box (world units).
     pub fn radius(&self) -> f32 {
         0.5 * (self.max - self.min).length()
     }

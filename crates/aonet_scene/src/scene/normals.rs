@@ -13,7 +13,7 @@ pub enum MissingNormals {
     Flat,
     /// Smooth across edges that bend less than an angle, as modelling programs do.
     Crease {
-        /// Largest angle between the normals of two faces that shade as one surface [degrees], 0 to 180.
+        /// Largest angle between the normals of two faces that shade as one surface (degrees), 0 to 180.
         angle_deg: f32,
     },
 }
@@ -46,7 +46,7 @@ fn face(corners: [Vec3; 3]) -> Option<(DVec3, f64)> {
     (length > 0.0 && length.is_finite()).then(|| (cross / length, length))
 }
 
-/// Angles of a triangle at its corners [rad].
+/// Angles of a triangle at its corners (rad).
 fn angles(corners: [Vec3; 3], twice_area: f64) -> [f32; 3] {
     let p = corners.map(|p| p.as_dvec3());
     std::array::from_fn(|k| {

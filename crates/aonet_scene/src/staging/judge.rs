@@ -57,13 +57,13 @@ pub(super) struct Taste {
 /// What a view is judged against.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Subject {
-    /// Radius of the scene's bounding sphere, without the ground [world units].
+    /// Radius of the scene's bounding sphere, without the ground (world units).
     pub radius: f32,
     /// Triangles from this one on are ground.
     pub ground_from: u32,
 }
 
-/// Checks a small view; gives the median depth of its foreground [world units].
+/// Checks a small view; gives the median depth of its foreground (world units).
 pub(super) fn judge(surface: &Surface, subject: Subject, taste: &Taste) -> Result<f32, Flaw> {
     let gbuffer = &surface.gbuffer;
     let mut depth: Vec<f32> = gbuffer.depth().iter().copied().filter(|d| d.is_finite()).collect();

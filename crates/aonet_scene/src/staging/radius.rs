@@ -17,7 +17,7 @@ pub enum RadiusRule {
         /// Largest projection, in image heights.
         max: f32,
     },
-    /// This length [world units] in every frame.
+    /// This length (world units) in every frame.
     Given(f32),
 }
 

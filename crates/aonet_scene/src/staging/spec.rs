@@ -12,9 +12,9 @@ use std::path::{Path, PathBuf};
 /// A camera that came with a scene.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Candidate {
-    /// Position [world units].
+    /// Position (world units).
     pub eye: [f32; 3],
-    /// Point looked at [world units].
+    /// Point looked at (world units).
     pub target: [f32; 3],
 }
 
@@ -51,7 +51,7 @@ pub struct SceneSpec {
     /// SHA-256 of the file, hexadecimal.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sha256: Option<String>,
-    /// Where the file has no normals, they are smooth across edges that bend less than this [degrees].
+    /// Where the file has no normals, they are smooth across edges that bend less than this (degrees).
     pub crease_deg: f32,
     /// What its frames are for.
     pub split: SceneSplit,

@@ -23,9 +23,9 @@ const PROBE_PIXELS: f32 = 5184.0;
 /// What a view is to be: its size and its AO radius.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Framing {
-    /// Image width [px].
+    /// Image width (px).
     pub width: usize,
-    /// Image height [px].
+    /// Image height (px).
     pub height: usize,
     /// How the radius is chosen.
     pub radius: RadiusRule,
@@ -82,7 +82,7 @@ impl<'a> Stage<'a> {
         stage
     }
 
-    /// Radius of the sphere around the scene's box, without the ground [world units].
+    /// Radius of the sphere around the scene's box, without the ground (world units).
     pub fn radius(&self) -> f32 {
         self.content.radius()
     }
@@ -239,7 +239,7 @@ impl<'a> Stage<'a> {
         (moved, moved + yaw * (pitch * forward))
     }
 
-    /// A point of the scene that `eye` sees within a range of pitch [degrees].
+    /// A point of the scene that `eye` sees within a range of pitch (degrees).
     fn look(&self, eye: Vec3, pitch_deg: (f32, f32), random: &mut Random) -> Option<Vec3> {
         (0..16).map(|_| self.surface_point(random)).find(|&p| {
             let pitch = (p - eye).normalize_or_zero().y.asin().to_degrees();
@@ -280,7 +280,7 @@ impl<'a> Stage<'a> {
     }
 }
 
-/// Width and height of the small image that a proposal is judged by [px].
+/// Width and height of the small image that a proposal is judged by (px).
 fn probe_size(framing: &Framing) -> (usize, usize) {
     let (width, height) = (framing.width as f32, framing.height as f32);
     let scale = (PROBE_PIXELS / (width * height)).sqrt();

@@ -20,7 +20,7 @@ use aonet_scene::trace::Tracer;
 use aonet_scene::{Scene, View};
 use device::{device, read, target};
 
-/// Least agreement with the CPU [dB].
+/// Least agreement with the CPU (dB).
 const LEAST_PSNR: f64 = 45.0;
 
 const FLOAT: wgpu::TextureFormat = wgpu::TextureFormat::R32Float;
@@ -36,7 +36,7 @@ fn both(device: &Device, (scene, view): (Scene, &View), sampling: Sampling) -> (
     (surface, cpu, gpu)
 }
 
-/// Over all pixels [dB]; infinite where all are equal.
+/// Over all pixels (dB); infinite where all are equal.
 fn agreement(a: &AoImage, b: &AoImage) -> f64 {
     let squares = a.visibility().iter().zip(b.visibility()).map(|(a, b)| f64::from(a - b).powi(2));
     psnr(squares.sum::<f64>() / a.visibility().len() as f64)

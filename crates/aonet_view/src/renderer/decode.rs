@@ -14,7 +14,7 @@ const MOST_DECODED_BYTES: u64 = 1 << 28;
 /// Texels of levels, the largest first: red, green, blue and alpha, sRGB.
 pub(super) type Levels = Vec<RgbaImage>;
 
-/// Width and height of an image [px], from the begin of its file.
+/// Width and height of an image (px), from the begin of its file.
 ///
 /// # Errors
 /// Why it cannot be shown.

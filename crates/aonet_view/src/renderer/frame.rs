@@ -57,7 +57,7 @@ impl FromStr for Show {
 pub struct Frame {
     /// The camera, of the renderer's size. A near plane at 0 becomes one shortly before the camera.
     pub camera: Camera,
-    /// Distance of the far plane [world units]; infinite is allowed.
+    /// Distance of the far plane (world units); infinite is allowed.
     pub far: f32,
     /// The AO radius.
     pub params: AoParams,

@@ -137,7 +137,7 @@ fn camera_bytes(frame: &Frame, bounds: &Bounds) -> Vec<u8> {
     bytes(view_from_world.into_iter().chain(scale).chain(z_line).chain(w_line).chain([0.0; 2]))
 }
 
-/// A distance along -Z beyond everything [world units]: parallel rays have no plane at infinity.
+/// A distance along -Z beyond everything (world units): parallel rays have no plane at infinity.
 fn farthest(frame: &Frame, bounds: &Bounds) -> f32 {
     let corner = |i: usize| {
         let pick = |axis: usize| if i >> axis & 1 == 0 { bounds.min[axis] } else { bounds.max[axis] };

@@ -69,7 +69,7 @@ pub struct Renderer {
 }
 
 impl Renderer {
-    /// A renderer of `scene`, whose images (PNG, JPEG) are decoded, with frames of `size` (width, height) [px]. The device needs
+    /// A renderer of `scene`, whose images (PNG, JPEG) are decoded, with frames of `size` (width, height) (px). The device needs
     /// the default limits of WebGPU; its features `SHADER_F16` and `TIMESTAMP_QUERY` are used where it has them.
     ///
     /// # Errors
@@ -129,7 +129,7 @@ impl Renderer {
         self.occlusion.samples()
     }
 
-    /// Changes the size of the frames to `size` (width, height) [px].
+    /// Changes the size of the frames to `size` (width, height) (px).
     ///
     /// # Errors
     /// When a side is 0 or too large, or there is not enough memory; the renderer is as before then.
@@ -220,7 +220,7 @@ impl Renderer {
         self.scene.bounds
     }
 
-    /// Width and height of the frames [px].
+    /// Width and height of the frames (px).
     pub fn size(&self) -> (usize, usize) {
         self.targets.size
     }

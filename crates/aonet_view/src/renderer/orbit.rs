@@ -9,18 +9,18 @@ use glam::Vec3;
 pub struct Orbit {
     /// World space.
     pub target: Vec3,
-    /// From the viewer to the target [world units], > 0.
+    /// From the viewer to the target (world units), > 0.
     pub distance: f32,
-    /// Direction of the view about +Y [rad]: 0 looks along -Z, positive turns to the left.
+    /// Direction of the view about +Y (rad): 0 looks along -Z, positive turns to the left.
     pub yaw: f32,
-    /// Direction of the view above the horizon [rad].
+    /// Direction of the view above the horizon (rad).
     pub pitch: f32,
 }
 
 /// Straight up and down have no left and right. guess: a degree before it.
 const MOST_PITCH: f32 = 1.55;
 
-/// Nearest and farthest distances [world units], so that nothing overflows.
+/// Nearest and farthest distances (world units), so that nothing overflows.
 const DISTANCES: (f32, f32) = (1e-4, 1e7);
 
 impl Orbit {
@@ -54,20 +54,20 @@ impl Orbit {
         self.target - self.distance * self.forward()
     }
 
-    /// Turns about the target by angles [rad]: to the left, and up.
+    /// Turns about the target by angles (rad): to the left, and up.
     pub fn turn(&mut self, yaw: f32, pitch: f32) {
         self.yaw = (self.yaw + yaw) % std::f32::consts::TAU;
         self.pitch = (self.pitch + pitch).clamp(-MOST_PITCH, MOST_PITCH);
     }
 
-    /// Turns the head by angles [rad]: to the left, and up. The viewer stays where it is.
+    /// Turns the head by angles (rad): to the left, and up. The viewer stays where it is.
     pub fn look(&mut self, yaw: f32, pitch: f32) {
         let eye = self.eye();
         self.turn(yaw, pitch);
         self.target = eye + self.distance * self.forward();
     }
 
-    /// Moves viewer and target: to the right, up in the world, and forward [world units].
+    /// Moves viewer and target: to the right, up in the world, and forward (world units).
     pub fn walk(&mut self, step: Vec3) {
         self.target += step.x * self.right() + step.y * Vec3::Y + step.z * self.forward();
     }
@@ -83,7 +83,7 @@ impl Orbit {
         self.distance = (self.distance * factor).clamp(DISTANCES.0, DISTANCES.1);
     }
 
-    /// The camera with a vertical field of view [rad], for `size` (width, height) [px].
+    /// The camera with a vertical field of view (rad), for `size` (width, height) (px).
     ///
     /// # Errors
     /// When a number is out of range.

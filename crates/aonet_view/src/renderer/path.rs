@@ -8,11 +8,11 @@ use serde::{Deserialize, Serialize};
 /// Where the viewer is at a time, world space.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Key {
-    /// Since the begin of the way [s].
+    /// Since the begin of the way (s).
     pub seconds: f32,
-    /// Position of the viewer [world units].
+    /// Position of the viewer (world units).
     pub eye: [f32; 3],
-    /// What it looks at [world units].
+    /// What it looks at (world units).
     pub target: [f32; 3],
 }
 
@@ -63,13 +63,13 @@ impl CameraPath {
         }
     }
 
-    /// First and last time [s].
+    /// First and last time (s).
     pub fn span(&self) -> (f32, f32) {
         let at = |key: Option<&Key>| key.map_or(0.0, |key| key.seconds);
         (at(self.keys.first()), at(self.keys.last()))
     }
 
-    /// Where the viewer is at a time [s]: on a cubic through the keys. None where there are no keys.
+    /// Where the viewer is at a time (s): on a cubic through the keys. None where there are no keys.
     // Catmull and Rom 1974, with times that need not be evenly apart.
     pub fn at(&self, seconds: f32) -> Option<Orbit> {
         let (first, last) = (self.keys.first()?, self.keys.last()?);

@@ -16,7 +16,7 @@ const SET_BYTES: u64 = QUERIES as u64 * 8;
 pub struct PassTime {
     /// Which step.
     pub label: String,
-    /// From the begin of its first pass to the end of its last [ms].
+    /// From the begin of its first pass to the end of its last (ms).
     pub ms: f32,
 }
 

@@ -18,7 +18,7 @@ pub(super) struct Targets {
     pub(super) size: (usize, usize),
     /// View-space unit shading normals towards the viewer; zero on the background.
     pub(super) normal: Target,
-    /// Distance along -Z [world units]; 0 on the background.
+    /// Distance along -Z (world units); 0 on the background.
     pub(super) depth: Target,
     /// Reflectance.
     pub(super) albedo: Target,

@@ -7,11 +7,11 @@ use aonet::gpu::{scoped, wgpu};
 use aonet_scene::scene::textures::{Decal, Image, Textures, Wrap};
 use rayon::prelude::*;
 
-/// Memory of all layers with their levels [bytes].
+/// Memory of all layers with their levels (bytes).
 // guess: a tenth of what a small graphics card has. Forty-eight images of 1024 x 1024 fit in, or twelve of 2048.
 const BUDGET_BYTES: u64 = 1 << 28;
 
-/// Largest side of a layer [px]. guess: above it a texel is smaller than a pixel in most frames.
+/// Largest side of a layer (px). guess: above it a texel is smaller than a pixel in most frames.
 const MOST_SIDE: u32 = 4096;
 
 /// Images that are decoded at a time, one a core.
@@ -101,7 +101,7 @@ fn fill(gpu: &Gpu, texture: &wgpu::Texture, images: &[Image]) -> Vec<String> {
     missing
 }
 
-/// Side of the layers [px]: a power of two that loses nothing of the largest image, or what the budget has for each.
+/// Side of the layers (px): a power of two that loses nothing of the largest image, or what the budget has for each.
 fn side(images: &[Image], most: u32) -> u32 {
     let sizes = images.iter().filter_map(|image| decode::size(image).ok());
     let largest = sizes.map(|(width, height)| width.max(height)).max().unwrap_or(1);

@@ -11,7 +11,7 @@ const SIZE: [f32; 2] = [290.0, 600.0];
 /// What the controls say about the frame.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Facts {
-    /// Width and height [px].
+    /// Width and height (px).
     pub(super) size: (usize, usize),
     /// Rays a pixel of the reference so far.
     pub(super) samples: u32,

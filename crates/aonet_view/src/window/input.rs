@@ -4,10 +4,10 @@ use super::viewer::{Motion, Viewer};
 use winit::event::{ElementState, MouseButton, MouseScrollDelta, WindowEvent};
 use winit::keyboard::{KeyCode, PhysicalKey};
 
-/// Turn of a drag over the height of the window [rad]. guess: half a turn.
+/// Turn of a drag over the height of the window (rad). guess: half a turn.
 const TURN: f32 = std::f32::consts::PI;
 
-/// Distance from the slider at which it is taken hold of [px].
+/// Distance from the slider at which it is taken hold of (px).
 const GRAB: f64 = 8.0;
 
 /// What a pressed mouse moves.
@@ -42,7 +42,7 @@ pub(super) enum Request {
 }
 
 impl Mouse {
-    /// Follows an event in a window of `size` [px].
+    /// Follows an event in a window of `size` (px).
     pub(super) fn on(&mut self, event: &WindowEvent, (width, height): (u32, u32), viewer: &mut Viewer) {
         match event {
             WindowEvent::CursorMoved { position, .. } => {

@@ -21,7 +21,7 @@ use winit::event_loop::{ControlFlow, EventLoop};
 pub struct Start {
     /// The scene.
     pub tracer: Tracer,
-    /// Where the camera stands, the AO radius, and the size of the window [px].
+    /// Where the camera stands, the AO radius, and the size of the window (px).
     pub view: View,
     /// The methods left and right of the slider.
     pub methods: [Method; 2],

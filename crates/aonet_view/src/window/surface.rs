@@ -98,7 +98,7 @@ impl Surface {
         self.config.format
     }
 
-    /// Width and height [px].
+    /// Width and height (px).
     pub(super) fn size(&self) -> (u32, u32) {
         (self.config.width, self.config.height)
     }

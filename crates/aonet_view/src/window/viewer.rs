@@ -30,7 +30,7 @@ pub(super) struct Viewer {
     pub(super) methods: [Method; 2],
     pub(super) split: f32,
     pub(super) show: Show,
-    /// AO radius [world units].
+    /// AO radius (world units).
     pub(super) radius: f32,
     /// Texels of the frame for a pixel of the window, along a side.
     pub(super) scale: f32,
@@ -83,7 +83,7 @@ impl Viewer {
         }
     }
 
-    /// The frame of this moment for `size` (width, height) [px].
+    /// The frame of this moment for `size` (width, height) (px).
     ///
     /// # Errors
     /// When hands have set what cannot be.
@@ -102,7 +102,7 @@ impl Viewer {
         })
     }
 
-    /// Size of the frames in a window of `width` x `height` [px]; no side is above `most`.
+    /// Size of the frames in a window of `width` x `height` (px); no side is above `most`.
     pub(super) fn frame_size(&self, (width, height): (u32, u32), most: u32) -> (usize, usize) {
         let side = |pixels: u32| ((pixels as f32 * self.scale).round() as u32).clamp(1, most) as usize;
         (side(width), side(height))

@@ -17,16 +17,16 @@ pub(super) struct Args {
     /// Folder of normals in view space: +X right, +Y up, +Z towards the camera.
     #[arg(long, value_name = "DIR")]
     normal: PathBuf,
-    /// Folder of distances along the viewing axis [world units]; their sign is ignored.
+    /// Folder of distances along the viewing axis (world units); their sign is ignored.
     #[arg(long, value_name = "DIR")]
     depth: PathBuf,
     /// Folder of ambient occlusion: 1 open, 0 closed.
     #[arg(long, value_name = "DIR")]
     ao: PathBuf,
-    /// Vertical field of view of all frames [degrees].
+    /// Vertical field of view of all frames (degrees).
     #[arg(long, value_name = "DEG", allow_negative_numbers = true)]
     fov_y: f32,
-    /// AO radius of all frames [world units].
+    /// AO radius of all frames (world units).
     #[arg(long, allow_negative_numbers = true)]
     radius: f32,
     /// What all frames are for.

@@ -37,7 +37,7 @@ pub enum NormalCoding {
 /// How the images of an import are read.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct ImportRule {
-    /// Vertical field of view of every frame [degrees].
+    /// Vertical field of view of every frame (degrees).
     pub fov_y_deg: f32,
     /// How normals are stored.
     pub normals: NormalCoding,
@@ -71,13 +71,13 @@ pub enum Unmatched {
 pub struct Import {
     /// Folder of the normals, in view space: +X right, +Y up, +Z towards the camera.
     pub normal: PathBuf,
-    /// Folder of the distances along the viewing axis [world units]; their sign is ignored.
+    /// Folder of the distances along the viewing axis (world units); their sign is ignored.
     pub depth: PathBuf,
     /// Folder of the visibility, 1 open and 0 closed.
     pub ao: PathBuf,
     /// How they are read.
     pub rule: ImportRule,
-    /// AO radius of every frame [world units].
+    /// AO radius of every frame (world units).
     pub radius: f32,
     /// What all frames are for.
     pub split: SceneSplit,
@@ -90,7 +90,7 @@ pub struct Import {
 pub struct ImportedFrom {
     /// The name that its files share.
     pub name: String,
-    /// Lengths of the files of normals, depth and AO [bytes].
+    /// Lengths of the files of normals, depth and AO (bytes).
     pub bytes: [u64; 3],
 }
 

@@ -30,7 +30,7 @@ pub(super) struct Pairs {
     pub(super) skipped: usize,
 }
 
-/// A file and its length [bytes].
+/// A file and its length (bytes).
 type Found = (PathBuf, u64);
 
 /// The files of a folder by name.

@@ -27,7 +27,7 @@ struct Planes {
     far_away: f32,
 }
 
-/// Width and height [px] of an image.
+/// Width and height (px) of an image.
 ///
 /// # Errors
 /// When the file cannot be read or is none.

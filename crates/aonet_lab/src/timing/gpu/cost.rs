@@ -38,7 +38,7 @@ const PYRAMID: f64 = 35.0 / 3.0;
 /// Of a pixel around which a method looks: what it shows, noise, the exponent.
 const AROUND: f64 = 120.0;
 
-/// The passes of a network's frame in order, for sessions of this size (width, height) [px].
+/// The passes of a network's frame in order, for sessions of this size (width, height) (px).
 ///
 /// # Errors
 /// When a side is out of range.

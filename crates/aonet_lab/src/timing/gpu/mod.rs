@@ -35,11 +35,11 @@ pub enum GpuMethod<'a> {
 /// Times of many frames.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Spread {
-    /// The middle one [ms].
+    /// The middle one (ms).
     pub median_ms: f64,
-    /// The shortest [ms].
+    /// The shortest (ms).
     pub min_ms: f64,
-    /// The longest [ms].
+    /// The longest (ms).
     pub max_ms: f64,
 }
 
@@ -53,7 +53,7 @@ pub struct GpuTimes {
     pub whole: Option<Spread>,
     /// The same of every pass, in order; empty where the device has no timestamps.
     pub passes: Vec<Spread>,
-    /// Memory of the session on the device [bytes]: activations, without parameters.
+    /// Memory of the session on the device (bytes): activations, without parameters.
     pub memory_bytes: u64,
 }
 
@@ -123,7 +123,7 @@ impl Runs {
     }
 }
 
-/// Times `runs` frames (at least one) of `size` (width, height) [px] pass by pass, and as many batches of frames; after a first
+/// Times `runs` frames (at least one) of `size` (width, height) (px) pass by pass, and as many batches of frames; after a first
 /// frame that is not counted.
 ///
 /// # Errors

@@ -41,7 +41,7 @@ impl Queries {
         Timestamps { queries: &self.set }
     }
 
-    /// Submits what was encoded with the timestamps and waits: begin and end of every pass [ms], from an unknown beginning.
+    /// Submits what was encoded with the timestamps and waits: begin and end of every pass (ms), from an unknown beginning.
     ///
     /// # Errors
     /// When the device is lost.

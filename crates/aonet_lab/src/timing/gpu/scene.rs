@@ -18,7 +18,7 @@ pub(super) struct Scene {
 }
 
 impl Scene {
-    /// The frame of the other times, at `size` (width, height) [px].
+    /// The frame of the other times, at `size` (width, height) (px).
     ///
     /// # Errors
     /// When a side is out of range.

@@ -8,7 +8,7 @@ use aonet::simd::{Isa, Level};
 
 /// Floats of the unfolded image that are worked on at a time: 1 MiB stays in the cache.
 const BLOCK: usize = 1 << 18;
-/// Most outputs of a group, and least width [px], of a convolution without unfolding. Measured with AVX-512, there and
+/// Most outputs of a group, and least width (px), of a convolution without unfolding. Measured with AVX-512, there and
 /// back: 16 to 32 channels at 128 px 78 GFLOP/s instead of 61, 24 to 8 at 16 px 42 instead of 21; no gain from 48 outputs on
 /// or at 8 px.
 const MOST_OUTPUTS: usize = 32;

@@ -35,7 +35,7 @@ impl<'a> Rows<'a> {
 }
 
 impl<'a> Accessors<'a> {
-    /// `json_and_bin` is the length of the file itself [bytes].
+    /// `json_and_bin` is the length of the file itself (bytes).
     pub(super) fn new(document: &'a Document, buffers: Buffers<'a>, json_and_bin: usize) -> Self {
         let file_bytes = json_and_bin.saturating_add(buffers.external_bytes());
         let budget = Cell::new(file_bytes.saturating_mul(ELEMENTS_PER_BYTE).min(MAX_ELEMENTS));

@@ -192,7 +192,7 @@ pub(super) fn trim_around(half: Vec2, y: f32, profile: &[Vec2]) -> Mesh {
     moulding(&path, &mirrored, true)
 }
 
-/// A column of `height` and `radius` [m] with base and capital; `rng` chooses the order.
+/// A column of `height` and `radius` (m) with base and capital; `rng` chooses the order.
 pub(super) fn column(height: f32, radius: f32, rng: &mut Rng) -> Mesh {
     let mut mesh = Mesh::default();
     let (plinth, abacus) = (rng.range(0.15, 0.5) * radius, rng.range(0.2, 0.35) * radius);

@@ -4,7 +4,7 @@ use super::Scene;
 use glam::{Mat3, Vec2, Vec3};
 use std::ops::Mul;
 
-/// (cos, sin) of an angle [rad], the same on every platform.
+/// (cos, sin) of an angle (rad), the same on every platform.
 pub(super) fn turn(angle: f32) -> Vec2 {
     Vec2::new(libm::cosf(angle), libm::sinf(angle))
 }
@@ -28,19 +28,19 @@ impl Pose {
         self * Self::at(x, y, z)
     }
 
-    /// Turns by `angle` [rad] about +Y: from +Z towards +X.
+    /// Turns by `angle` (rad) about +Y: from +Z towards +X.
     pub(super) fn yaw(self, angle: f32) -> Self {
         let t = turn(angle);
         self.map(Mat3::from_cols_array(&[t.x, 0.0, -t.y, 0.0, 1.0, 0.0, t.y, 0.0, t.x]))
     }
 
-    /// Turns by `angle` [rad] about +X: from +Y towards +Z.
+    /// Turns by `angle` (rad) about +X: from +Y towards +Z.
     pub(super) fn pitch(self, angle: f32) -> Self {
         let t = turn(angle);
         self.map(Mat3::from_cols_array(&[1.0, 0.0, 0.0, 0.0, t.x, t.y, 0.0, -t.y, t.x]))
     }
 
-    /// Turns by `angle` [rad] about +Z: from +X towards +Y.
+    /// Turns by `angle` (rad) about +Z: from +X towards +Y.
     pub(super) fn roll(self, angle: f32) -> Self {
         let t = turn(angle);
         self.map(Mat3::from_cols_array(&[t.x, t.y, 0.0, -t.y, t.x, 0.0, 0.0, 0.0, 1.0]))
@@ -124,7 +124,7 @@ impl Mesh {
     }
 
     /// The same triangles with new normals: smooth over edges whose faces meet at less than `crease`
-    /// [degrees], sharp over others; 0 is flat everywhere. Vertices at one place are welded first.
+    /// (degrees), sharp over others; 0 is flat everywhere. Vertices at one place are welded first.
     pub(super) fn shade(&self, crease: f32) -> Mesh {
         let face: Vec<Vec3> = self.triangle.iter().map(|t| self.area_vector(*t)).collect();
         let unit: Vec<Vec3> = face.iter().map(|n| n.normalize_or_zero()).collect();

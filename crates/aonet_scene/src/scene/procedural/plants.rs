@@ -13,7 +13,7 @@ struct Habit {
     bare: bool,
 }
 
-/// A tree of about `height` [m] with at most `leaves` leaves.
+/// A tree of about `height` (m) with at most `leaves` leaves.
 pub(super) fn tree(height: f32, leaves: usize, rng: &mut Rng) -> Mesh {
     let habit = Habit {
         spread: rng.range(0.4, 0.95),

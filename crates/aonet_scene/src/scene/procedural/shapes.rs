@@ -4,7 +4,7 @@ use super::mesh::{Mesh, turn};
 use glam::{Vec2, Vec3, vec2, vec3};
 use std::f32::consts::{PI, TAU};
 
-/// Crease angle [degrees] below which lathed and swept surfaces are shaded smooth. guess
+/// Crease angle (degrees) below which lathed and swept surfaces are shaded smooth. guess
 pub(super) const CREASE: f32 = 40.0;
 
 /// A box of `size` with sharp edges.
@@ -92,7 +92,7 @@ pub(super) fn lathe(profile: &[Vec2], segments: usize) -> Mesh {
     lathe_with(profile, segments, CREASE)
 }
 
-/// [`lathe`] with a crease angle [degrees] of its own; 0 is faceted.
+/// [`lathe`] with a crease angle (degrees) of its own; 0 is faceted.
 pub(super) fn lathe_with(profile: &[Vec2], segments: usize, crease: f32) -> Mesh {
     let last = (profile.len() - 1) as f32;
     let at = |u: f32, v: f32| {

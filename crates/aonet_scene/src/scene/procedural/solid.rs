@@ -39,7 +39,7 @@ const BLOCK: usize = 4;
 const STEEPEST: f32 = 2.0;
 
 /// The surface field = 0 inside the box `lo`..`hi`, sampled with cubes of about `cell` and shaded smooth
-/// below `crease` [degrees]. It is open where the solid leaves the box.
+/// below `crease` (degrees). It is open where the solid leaves the box.
 // Naive surface nets: Gibson 1998.
 pub(super) fn isosurface(
     (lo, hi): (Vec3, Vec3),

@@ -135,7 +135,7 @@ fn glass(rng: &mut Rng) -> Mesh {
     lathe(&profile, 32)
 }
 
-/// How much place the first kinds of [`dish`] need [m].
+/// How much place the first kinds of [`dish`] need (m).
 const DISH_RADIUS: [f32; 13] =
     [0.16, 0.18, 0.15, 0.13, 0.12, 0.045, 0.06, 0.05, 0.05, 0.19, 0.05, 0.065, 0.13];
 

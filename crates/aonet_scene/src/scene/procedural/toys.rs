@@ -7,7 +7,7 @@ use super::shapes::{ball, block, cylinder, extrude, lathe, lathe_with, torus};
 use glam::{Vec2, vec2, vec3};
 use std::f32::consts::{FRAC_PI_2, PI, TAU};
 
-/// Blocks of unit `u` [m]: a castle, towers, a train, and what fell down.
+/// Blocks of unit `u` (m): a castle, towers, a train, and what fell down.
 pub(super) fn blocks(rng: &mut Rng) -> Mesh {
     let u = rng.range(0.04, 0.07);
     let half = u * rng.range(13.0, 18.0);

@@ -6,7 +6,7 @@ use super::shapes::{block, cuboid, cylinder, extrude, inset, lathe, ring, torus}
 use glam::{Vec2, Vec3, vec2, vec3};
 use std::f32::consts::{FRAC_PI_2, PI};
 
-/// Measures of a car [m]: half length, half width, height of body and roof, wheel radius, axle distance.
+/// Measures of a car (m): half length, half width, height of body and roof, wheel radius, axle distance.
 struct Shape {
     half: f32,
     wide: f32,

@@ -6,14 +6,14 @@ use serde::Serialize;
 /// What a device does at best.
 #[derive(Debug, Clone, Copy, Serialize)]
 pub(super) struct Peaks {
-    /// Operations [1e12 a second].
+    /// Operations (1e12 a second).
     pub(super) tflops: Option<f64>,
-    /// Of memory [1e9 bytes a second].
+    /// Of memory (1e9 bytes a second).
     pub(super) gb_per_s: Option<f64>,
 }
 
 impl Peaks {
-    /// The time of a pass's operations or of its traffic, whichever is longer [ms]; none where no peak is known.
+    /// The time of a pass's operations or of its traffic, whichever is longer (ms); none where no peak is known.
     pub(super) fn floor_ms(self, cost: &PassCost) -> Option<f64> {
         let flop_ms = self.tflops.map(|peak| cost.flop / peak / 1e9);
         let bytes_ms = self.gb_per_s.map(|peak| cost.bytes / peak / 1e6);
@@ -33,7 +33,7 @@ pub(super) struct Estimate {
     /// Shares of the two that shaders reach.
     pub(super) flop_efficiency: f64,
     pub(super) byte_efficiency: f64,
-    /// From one pass's end to the next one's begin [ms].
+    /// From one pass's end to the next one's begin (ms).
     pub(super) gap_ms: f64,
 }
 
@@ -52,7 +52,7 @@ pub(super) const RTX_3060: Estimate = Estimate {
 };
 
 impl Estimate {
-    /// Of a pass [ms].
+    /// Of a pass (ms).
     pub(super) fn ms(self, cost: &PassCost) -> f64 {
         let flop_ms = cost.flop / (self.tflops * self.flop_efficiency) / 1e9;
         let bytes_ms = cost.bytes / (self.gb_per_s * self.byte_efficiency) / 1e6;

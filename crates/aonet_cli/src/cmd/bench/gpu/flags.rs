@@ -5,10 +5,10 @@ use aonet::gpu::{Device, Kernels};
 /// What `aonet bench` is told of a graphics processor.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Flags {
-    /// --device gpu: what the device computes at best, for the floors [TFLOP/s].
+    /// --device gpu: what the device computes at best, for the floors (TFLOP/s).
     #[arg(long, value_name = "TFLOP/S")]
     pub(super) peak_tflops: Option<f64>,
-    /// --device gpu: what its memory gives at best, for the floors [GB/s].
+    /// --device gpu: what its memory gives at best, for the floors (GB/s).
     #[arg(long, value_name = "GB/S")]
     pub(super) bandwidth: Option<f64>,
     /// --device gpu: how networks are computed; may be repeated [default: plain, and those of the others

@@ -44,7 +44,7 @@ fn rows(csv: &str) -> Vec<Row> {
     lines.map(row).collect()
 }
 
-/// Largest angle between a triangle and the normals at its corners [degrees].
+/// Largest angle between a triangle and the normals at its corners (degrees).
 fn largest_bend(scene: &Scene) -> f64 {
     let bend = |t: &[u32; 3]| {
         let [a, b, c] = t.map(|i| scene.position[i as usize].as_dvec3());
