@@ -9,6 +9,7 @@ pub mod frame;
 pub mod gpu;
 pub mod metrics;
 pub mod net;
+pub mod random;
 pub mod search;
 pub mod simd;
 

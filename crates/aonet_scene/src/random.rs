@@ -1,35 +1,33 @@
 //! Random numbers that depend on what is asked for, not on when: a key goes in, a stream comes out.
 
+use aonet::random::SplitMix64;
 use glam::Vec3;
 
-/// SplitMix64 (Steele et al. 2014).
+/// A stream with the distributions that datasets, training and tuning draw from.
 #[derive(Debug, Clone)]
-pub struct Random(u64);
+pub struct Random(SplitMix64);
 
 impl Random {
     /// The stream of a seed alone.
     pub fn new(seed: u64) -> Self {
-        Self(seed)
+        Self(SplitMix64::new(seed))
     }
 
     /// The stream of frame `index` of a scene, the same in every order and shard.
     pub fn of_frame(seed: u64, scene: &str, index: u32) -> Self {
         // FNV-1a with its published offset and prime; the separator keeps name and index apart.
         let bytes = seed.to_le_bytes().into_iter().chain(scene.bytes()).chain([0]).chain(index.to_le_bytes());
-        Self(bytes.fold(0xcbf2_9ce4_8422_2325, |h, b| (h ^ u64::from(b)).wrapping_mul(0x0100_0000_01b3)))
+        Self::new(bytes.fold(0xcbf2_9ce4_8422_2325, |h, b| (h ^ u64::from(b)).wrapping_mul(0x0100_0000_01b3)))
     }
 
     /// The stream of a crop of a training step, so that a resumed run draws the same crops.
     pub fn of_crop(seed: u64, step: u64, index: u64) -> Self {
-        [step, index].into_iter().fold(Self(seed), |mut random, key| Self(random.next() ^ key))
+        [step, index].into_iter().fold(Self::new(seed), |mut random, key| Self::new(random.next() ^ key))
     }
 
     /// The next 64 bits.
     pub fn next(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
+        self.0.bits()
     }
 
     /// Uniform in [0, 1), to the last bit.
@@ -39,7 +37,7 @@ impl Random {
 
     /// Uniform in [0, 1).
     pub fn unit(&mut self) -> f32 {
-        (self.next() >> 40) as f32 / (1u32 << 24) as f32
+        self.0.unit()
     }
 
     /// Uniform in [`low`, `high`).
@@ -61,7 +59,7 @@ impl Random {
 
     /// Uniform in 0..`n`; `n` > 0.
     pub fn below(&mut self, n: usize) -> usize {
-        ((u128::from(self.next()) * n as u128) >> 64) as usize
+        self.0.below(n)
     }
 
     /// Each axis uniform between the corners.

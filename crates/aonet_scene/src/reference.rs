@@ -3,6 +3,7 @@
 use crate::gbuffer::{Surface, corners, geometric_normal};
 use crate::trace::{FAN, Fan, Tracer};
 use crate::{Error, Result, Scene};
+use aonet::random::SplitMix64;
 use aonet::{AoImage, AoParams};
 use glam::{DVec3, Mat3A, Vec3A};
 use rayon::prelude::*;
@@ -141,7 +142,7 @@ impl Disk {
 
     /// The open share of a pixel's rays. Each pixel turns the spiral and shifts it outwards at random.
     fn visibility(&self, tracer: &Tracer, point: &Point, radius: f32) -> f32 {
-        let random = mix(self.seed ^ mix(point.pixel));
+        let random = first_bits(self.seed ^ first_bits(point.pixel));
         let (turn, shift) = (unit(random >> 32), unit(random & 0xffff_ffff));
         let world_from_local = turned_frame(point.normal, turn);
         let n = self.points.len() as f32;
@@ -192,11 +193,7 @@ fn unit(bits: u64) -> f32 {
     (bits >> 8) as f32 / 16_777_216.0
 }
 
-/// A bijection whose output bits all depend on all input bits.
-// The finaliser of SplitMix64 (Steele et al. 2014).
-fn mix(seed: u64) -> u64 {
-    let z = seed.wrapping_add(0x9e37_79b9_7f4a_7c15);
-    let z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    z ^ (z >> 31)
+/// A bijection whose output bits all depend on all input bits; zero gives no zero.
+fn first_bits(seed: u64) -> u64 {
+    SplitMix64::new(seed).bits()
 }

@@ -3,6 +3,7 @@
 use crate::error::{Error, Result};
 use crate::net::config::KernelWeights;
 use crate::net::graph::{GUIDE_CHANNELS, Graph, Init, Node, Op, ParamSpec, WINDOW};
+use crate::random::SplitMix64;
 use std::collections::BTreeMap;
 
 /// A dense tensor, row-major f32.
@@ -51,11 +52,7 @@ impl Weights {
     /// Random weights to start training from, as the topology's authors chose them. Equal seeds give equal weights.
     // He et al. 2015, Delving Deep into Rectifiers, §2.2: uniform with variance 2 / fan_in, biases zero.
     pub fn init(graph: &Graph, seed: u64) -> Self {
-        let mut state = seed;
-        let mut unit = move || {
-            state = state.wrapping_add(0x9e37_79b9_7f4a_7c15);
-            (split_mix(state) >> 40) as f32 / (1u64 << 24) as f32
-        };
+        let mut random = SplitMix64::new(seed);
         let mut tensors: BTreeMap<_, _> = graph
             .params()
             .into_iter()
@@ -63,7 +60,7 @@ impl Weights {
                 let count: usize = spec.shape.iter().product();
                 let spread = if spec.shape.len() > 1 { graph.init.spread(&spec) } else { 0.0 };
                 // Variance 1, as the spread asks for.
-                let values = (0..count).map(|_| (2.0 * unit() - 1.0) * 3f32.sqrt() * spread).collect();
+                let values = (0..count).map(|_| (2.0 * random.unit() - 1.0) * 3f32.sqrt() * spread).collect();
                 (spec.name, Tensor { shape: spec.shape, values })
             })
             .collect();
@@ -148,10 +145,3 @@ const CORRECTION_SHRINK: f32 = 1e-3;
 /// Where a correction starts: open surfaces, most of a frame, then lie above 1, where the clamp hides the noise of
 /// learning.
 const OVERSHOOT: f32 = 0.06;
-
-/// Finaliser of SplitMix64 (Steele et al. 2014).
-fn split_mix(mut z: u64) -> u64 {
-    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    z ^ (z >> 31)
-}

@@ -41,7 +41,7 @@ fn fold(a: vec2<u32>, shift: u32, b: vec2<u32>) -> vec2<u32> {
     return multiply(f.x, b.x) + vec2(0u, f.x * b.y + f.y * b.x);
 }
 
-/// The finaliser of SplitMix64 (Steele et al. 2014).
+/// The first 64 bits of SplitMix64 (Steele et al. 2014).
 fn mix64(seed: vec2<u32>) -> vec2<u32> {
     let low = seed.x + 0x7f4a7c15u;
     let z = vec2(low, seed.y + 0x9e3779b9u + u32(low < seed.x));
