@@ -1,6 +1,6 @@
 // The document around the picture: controls, files, sizes, sentences. What they do is in the crate beside this folder.
 
-import { hands } from "./hands.js";
+import { follow_input } from "./input.js";
 
 const NO_WEBGPU = "This browser shows no picture: aonet needs WebGPU, and this browser offers none here. Recent versions of " +
     "Chrome, Edge, Firefox and Safari have it, on pages that come over https or from localhost.";
@@ -165,7 +165,7 @@ function listen() {
     };
     of("file").onchange = () => open_file(of("file").files[0]);
     of("controls").onsubmit = (event) => event.preventDefault();
-    hands(canvas, change, {
+    follow_input(canvas, change, {
         at: () => Number(of("split").value),
         move(split) {
             of("split").value = split;
@@ -189,7 +189,7 @@ function fill(select, names, titles, chosen) {
 /** Sentences of the device, as they come. */
 async function hear() {
     for (;;) {
-        const sentence = await viewer.trouble();
+        const sentence = await viewer.next_error();
         if (sentence.startsWith("lost: ")) {
             return stop(`The graphics device is gone (${sentence.slice(6)}). Load the page again to go on.`);
         }

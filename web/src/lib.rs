@@ -2,19 +2,19 @@
 //! renderer, and of the document a canvas only.
 
 mod canvas;
+mod errors;
 mod stage;
-mod trouble;
 
 use aonet::AoParams;
 use aonet::gpu::Device;
 use aonet_scene::Scene;
 use aonet_scene::scene::{MissingNormals, colours, gltf, procedural};
 use aonet_scene::trace::Tracer;
-use aonet_view::renderer::{Frame, Method, Renderer, Show};
+use aonet_view::renderer::{FrameParams, Method, Renderer, Show};
 use canvas::Canvas;
+use errors::DeviceErrors;
 use stage::Stage;
 use std::fmt::Display;
-use trouble::Trouble;
 use wasm_bindgen::prelude::*;
 use wasm_bindgen::throw_str;
 
@@ -26,8 +26,8 @@ pub struct Viewer {
     renderer: Renderer,
     scene: Shown,
     stage: Stage,
-    frame: Frame,
-    trouble: Trouble,
+    frame: FrameParams,
+    errors: DeviceErrors,
 }
 
 /// The scene on the canvas. The hierarchy takes a while: it is built when somebody wants to see what rays find.
@@ -51,21 +51,21 @@ impl Viewer {
         // A panic is a bug of ours: the page gets its text.
         std::panic::set_hook(Box::new(|panic| throw_str(&panic.to_string())));
         let device = Device::request().await.map_err(shown)?;
-        let trouble = Trouble::of(&device.device);
+        let errors = DeviceErrors::of(&device.device);
         let size = (canvas.width() as usize, canvas.height() as usize);
         let (mut scene, view) = procedural::demo();
         colours::add_plain(&mut scene);
         let renderer = Renderer::new((&device.device, &device.queue), &scene, size).map_err(shown)?;
         let stage = Stage::of_view(&view);
-        let mut frame = Frame::new(stage.camera(size).map_err(shown)?, view.params().map_err(shown)?);
+        let mut frame = FrameParams::new(stage.camera(size).map_err(shown)?, view.params().map_err(shown)?);
         frame.far = stage.far;
         let canvas = Canvas::new(&device, canvas, format).map_err(shown)?;
-        Ok(Self { device, canvas, renderer, scene: Shown::Drawn(scene), stage, frame, trouble })
+        Ok(Self { device, canvas, renderer, scene: Shown::Drawn(scene), stage, frame, errors })
     }
 
-    /// A promise of the next sentence about something that went wrong on the device. None follows after a lost one.
-    pub fn trouble(&self) -> js_sys::Promise {
-        self.trouble.next()
+    /// A promise of the device's next error message. After `lost: ..` there are no more.
+    pub fn next_error(&self) -> js_sys::Promise {
+        self.errors.next()
     }
 
     /// Follows the canvas to another size (px).
@@ -89,7 +89,7 @@ impl Viewer {
         let mut encoder = self.device.device.create_command_encoder(&Default::default());
         self.renderer.encode(&mut encoder, &self.frame).map_err(shown)?;
         self.canvas.show(&self.device, encoder, self.renderer.picture()).map_err(shown)?;
-        Ok(trouble::end_of(&self.device.queue))
+        Ok(errors::end_of(&self.device.queue))
     }
 
     /// Whether the next frame would show more than the last, though nothing has changed.

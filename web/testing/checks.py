@@ -91,7 +91,7 @@ def radius(desk):
     return f"visibility {100 * (means[1] / means[0] - 1):.0f} %"
 
 
-def hands(desk):
+def input_moves(desk):
     """Mouse, wheel, finger and keys move the viewer; keys go back where they came from. The border can be dragged, too."""
     start = desk.set(left="off", right="off")
     moves = {"mouse": desk.drag, "finger": desk.swipe, "wheel": desk.roll, "key": lambda: desk.press("ArrowLeft")}
@@ -171,4 +171,4 @@ def lost_device(desk):
     return desk.message()
 
 
-WITH_WEBGPU = [pictures, reference, slider, radius, sizes, hands, files, lost_device]
+WITH_WEBGPU = [pictures, reference, slider, radius, sizes, input_moves, files, lost_device]

@@ -3,9 +3,9 @@
 mod common;
 
 use aonet::net::cpu::{Options, Precision, Session};
-use aonet::simd::Level;
 use aonet::net::model::Ranges;
 use aonet::net::{Features, KernelWeights, Model, ModelConfig, Skips, naive};
+use aonet::simd::Level;
 use aonet::{AoImage, GBuffer};
 use common::{assert_close, camera, frame, model, params, small, spread};
 

@@ -42,7 +42,7 @@ impl Device {
 
 /// Numbers to multiply.
 #[derive(Debug, Clone, Copy, ValueEnum)]
-pub(crate) enum Precision {
+pub(crate) enum PrecisionArg {
     /// 32-bit floats, on every device.
     F32,
     /// GPU: 16-bit floats, where it has them and the network takes no lengths in world units; else f32, said on stderr. Long
@@ -54,7 +54,7 @@ pub(crate) enum Precision {
     Int8,
 }
 
-impl Precision {
+impl PrecisionArg {
     /// The same on the CPU.
     ///
     /// # Errors

@@ -171,7 +171,7 @@ impl Scale {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::dataset::{self, Counts, Plan, Preset, Recipe};
+    use crate::dataset::{self, Counts, DatasetParams, DatasetPlan, Preset};
     use aonet_scene::scene::procedural::Kind;
     use aonet_scene::staging::{SceneSpec, SceneSplit};
 
@@ -193,10 +193,17 @@ mod tests {
     fn a_search_betters_the_loss_on_training_frames_and_repeats() {
         let dir = tempfile::tempdir().unwrap();
         let frames = Counts { train: 2, val: 0, val_seen: 0, test: 1 };
-        let recipe =
-            Recipe { width: 64, height: 36, frames, spp: 32, eval_spp: 32, ..Recipe::preset(Preset::Paper) };
+        let recipe = DatasetParams {
+            width: 64,
+            height: 36,
+            frames,
+            spp: 32,
+            eval_spp: 32,
+            ..DatasetParams::preset(Preset::Paper)
+        };
         let scene = |seed, split| SceneSpec::procedural(Kind::ClutterPile, seed, split);
-        let plan = Plan::new(recipe, vec![scene(1, SceneSplit::Train), scene(2, SceneSplit::Test)]).unwrap();
+        let plan =
+            DatasetPlan::new(recipe, vec![scene(1, SceneSplit::Train), scene(2, SceneSplit::Test)]).unwrap();
         dataset::generate(dir.path(), &plan, &dataset::Work::default(), &|_| ()).unwrap();
         let manifest = Manifest::load(dir.path()).unwrap();
         let method = Classic::named("gtao").unwrap();

@@ -7,4 +7,4 @@ pub mod renderer;
 pub mod window;
 
 pub use aonet_scene::{Error, Result};
-pub use renderer::{Frame, Method, Renderer, Show};
+pub use renderer::{FrameParams, Method, Renderer, Show};

@@ -8,7 +8,7 @@ use aonet::{AoImage, AoParams};
 use aonet_scene::reference::{Sampling, reference_ao};
 use aonet_scene::scene::procedural::Kind;
 use aonet_view::renderer::{Present, readback};
-use aonet_view::{Frame, Method, Show};
+use aonet_view::{FrameParams, Method, Show};
 use common::{demo, device, draw, frame, proposed, renderer};
 
 /// Largest difference from the CPU's image for the paper's network, in half floats and an image of half floats.
@@ -29,7 +29,7 @@ fn networks_give_the_cpus_image_of_the_same_buffer() {
     let Some(device) = device() else { return };
     let (tracer, view) = proposed(Kind::FurnishedRoom, (130, 70));
     let mut renderer = renderer(&device, tracer.scene(), (130, 70));
-    let frame = Frame { methods: [Method::Network, Method::Paper], split: 0.5, ..frame(&view) };
+    let frame = FrameParams { methods: [Method::Network, Method::Paper], split: 0.5, ..frame(&view) };
     draw(&device, &mut renderer, &frame);
     let gbuffer = readback::drawn(&renderer, &frame.camera).unwrap().gbuffer;
     for (method, bytes) in [(Method::Network, shipped::ANY_RADIUS), (Method::Paper, shipped::PAPER)] {
@@ -61,7 +61,7 @@ fn the_slider_stands_between_the_methods() {
     let (tracer, view) = demo(size);
     let mut renderer = renderer(&device, tracer.scene(), size);
     let mut picture = |methods, split| {
-        draw(&device, &mut renderer, &Frame { methods, split, show: Show::Visibility, ..frame(&view) });
+        draw(&device, &mut renderer, &FrameParams { methods, split, show: Show::Visibility, ..frame(&view) });
         readback::picture(&renderer).unwrap()
     };
     let network = picture([Method::Network, Method::Off], 1.0);
@@ -85,15 +85,15 @@ fn tiny_and_changing_sizes() {
         // The last pair is at work when the size changes.
         let alone = Method::ALL.map(|method| [method, Method::Off]);
         for methods in alone.into_iter().chain([[Method::Network, Method::Gtao]]) {
-            draw(&device, &mut renderer, &Frame { methods, split: 0.5, ..frame(&view) });
+            draw(&device, &mut renderer, &FrameParams { methods, split: 0.5, ..frame(&view) });
         }
         assert_eq!(readback::picture(&renderer).unwrap().len(), 4 * width * height);
     }
     let again = readback::picture(&renderer).unwrap();
     let mut fresh = common::renderer(&device, tracer.scene(), (96, 54));
     let view = aonet_scene::View { width: 96, height: 54, ..view };
-    draw(&device, &mut fresh, &Frame { methods: [Method::Network; 2], ..frame(&view) });
-    draw(&device, &mut renderer, &Frame { methods: [Method::Network; 2], ..frame(&view) });
+    draw(&device, &mut fresh, &FrameParams { methods: [Method::Network; 2], ..frame(&view) });
+    draw(&device, &mut renderer, &FrameParams { methods: [Method::Network; 2], ..frame(&view) });
     assert_eq!(readback::picture(&renderer).unwrap(), readback::picture(&fresh).unwrap());
     assert_ne!(again, readback::picture(&fresh).unwrap());
 }
@@ -114,12 +114,12 @@ fn sizes_and_frames_that_cannot_be_are_refused_and_harm_nothing() {
     camera.width = 17;
     let bad_params = AoParams { radius: -1.0 };
     for (bad, named) in [
-        (Frame { camera, ..good }, "17x9"),
-        (Frame { split: f32::NAN, ..good }, "slider"),
-        (Frame { split: 1.5, ..good }, "slider"),
-        (Frame { far: 0.01, ..good }, "far"),
-        (Frame { far: f32::NAN, ..good }, "far"),
-        (Frame { params: bad_params, ..good }, "radius"),
+        (FrameParams { camera, ..good }, "17x9"),
+        (FrameParams { split: f32::NAN, ..good }, "slider"),
+        (FrameParams { split: 1.5, ..good }, "slider"),
+        (FrameParams { far: 0.01, ..good }, "far"),
+        (FrameParams { far: f32::NAN, ..good }, "far"),
+        (FrameParams { params: bad_params, ..good }, "radius"),
     ] {
         let mut encoder = device.device.create_command_encoder(&Default::default());
         let message = renderer.encode(&mut encoder, &bad).unwrap_err().to_string();
@@ -128,7 +128,7 @@ fn sizes_and_frames_that_cannot_be_are_refused_and_harm_nothing() {
     let mut broken = tracer.scene().clone();
     broken.triangle[7][1] = u32::MAX;
     assert!(renderer.set_scene(&broken).unwrap_err().to_string().contains("triangle 7"));
-    let untraced = Frame { methods: [Method::Reference; 2], ..good };
+    let untraced = FrameParams { methods: [Method::Reference; 2], ..good };
     let mut encoder = device.device.create_command_encoder(&Default::default());
     let message = renderer.encode(&mut encoder, &untraced).unwrap_err().to_string();
     assert!(message.contains("set_tracer"), "{message}");
@@ -147,7 +147,7 @@ fn the_reference_converges_while_nothing_moves_and_starts_over_when_something_do
     let (tracer, view) = proposed(Kind::FurnishedRoom, (64, 40));
     let mut renderer = renderer(&device, tracer.scene(), (64, 40));
     renderer.set_tracer(&tracer).unwrap();
-    let frame = Frame { methods: [Method::Reference; 2], samples: 64, ..frame(&view) };
+    let frame = FrameParams { methods: [Method::Reference; 2], samples: 64, ..frame(&view) };
     (0..4).for_each(|_| draw(&device, &mut renderer, &frame));
     assert_eq!(renderer.samples(), 256);
     let surface = aonet_scene::gbuffer::render(&tracer, &view).unwrap();
@@ -158,14 +158,14 @@ fn the_reference_converges_while_nothing_moves_and_starts_over_when_something_do
     eprintln!("reference: mean {mean:e}, largest {largest:e}");
     assert!(mean <= REFERENCE_MEAN_TOLERANCE, "{mean:e}");
     let wider = AoParams::new(2.0 * view.radius).unwrap();
-    draw(&device, &mut renderer, &Frame { params: wider, ..frame });
+    draw(&device, &mut renderer, &FrameParams { params: wider, ..frame });
     assert_eq!(renderer.samples(), 64);
     let darker = readback::visibility(&renderer, Method::Reference).unwrap();
     let sum = |image: &AoImage| image.visibility().iter().sum::<f32>();
     assert!(sum(&darker) < 0.99 * sum(&found), "{} {}", sum(&darker), sum(&found));
     renderer.resize((32, 20)).unwrap();
     let view = aonet_scene::View { width: 32, height: 20, ..view };
-    draw(&device, &mut renderer, &Frame { methods: frame.methods, samples: 1, ..common::frame(&view) });
+    draw(&device, &mut renderer, &FrameParams { methods: frame.methods, samples: 1, ..common::frame(&view) });
     assert_eq!(renderer.samples(), 1);
 }
 
@@ -199,7 +199,7 @@ fn rays_and_passes_of_the_caller_are_timed_in_their_frame() {
     let target =
         target(&device, (wgpu::TextureFormat::Rgba8Unorm, [64, 36])).create_view(&Default::default());
     let present = Present::new((&device.device, &device.queue), wgpu::TextureFormat::Rgba8Unorm);
-    let mut draw = |frame: Frame| {
+    let mut draw = |frame: FrameParams| {
         let mut encoder = device.device.create_command_encoder(&Default::default());
         let begun = renderer.begin(&mut encoder, &frame).is_ok();
         let clock = renderer.clock("presenting");
@@ -214,10 +214,14 @@ fn rays_and_passes_of_the_caller_are_timed_in_their_frame() {
         assert!(renderer.clock("too late").is_none());
         renderer.times().to_vec()
     };
-    let traced =
-        |samples| Frame { methods: [Method::Gtao, Method::Reference], split: 0.5, samples, ..frame(&view) };
+    let traced = |samples| FrameParams {
+        methods: [Method::Gtao, Method::Reference],
+        split: 0.5,
+        samples,
+        ..frame(&view)
+    };
     let (few, many) = (traced(1), traced(64));
-    let broken = Frame { split: 2.0, ..few };
+    let broken = FrameParams { split: 2.0, ..few };
     draw(few);
     // Each frame tells of the one before; a frame that is none leaves no trace.
     let times = [few, broken, many, many].map(&mut draw);
@@ -227,7 +231,7 @@ fn rays_and_passes_of_the_caller_are_timed_in_their_frame() {
     // How long is not told here: a driver that computes on busy cores writes its clocks when it can.
     assert!(times[3].iter().all(|time| time.ms > 0.0), "{times:?}");
     // All rays are there: none are traced, none are timed.
-    let none = Frame { samples: 0, ..few };
+    let none = FrameParams { samples: 0, ..few };
     draw(none);
     assert_eq!(draw(none).len(), 4);
 }
@@ -294,7 +298,7 @@ fn a_target_shows_the_picture_whatever_it_encodes() {
     let Some(device) = device() else { return };
     let (tracer, view) = demo((64, 36));
     let mut renderer = renderer(&device, tracer.scene(), (64, 36));
-    draw(&device, &mut renderer, &Frame { methods: [Method::Off; 2], ..frame(&view) });
+    draw(&device, &mut renderer, &FrameParams { methods: [Method::Off; 2], ..frame(&view) });
     let picture = readback::picture(&renderer).unwrap();
     let apart = |a: &[u8], b: &[u8]| a.iter().zip(b).map(|(a, b)| a.abs_diff(*b)).max().unwrap();
     let plain = presented(&device, &renderer, (wgpu::TextureFormat::Rgba8Unorm, [64, 36]));

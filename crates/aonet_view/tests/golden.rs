@@ -3,7 +3,7 @@
 mod common;
 
 use aonet_view::renderer::readback;
-use aonet_view::{Frame, Method, Show};
+use aonet_view::{FrameParams, Method, Show};
 use common::{demo, device, draw, frame, renderer};
 use image::{Rgb, RgbImage};
 use std::path::{Path, PathBuf};
@@ -54,14 +54,14 @@ fn pictures_look_as_they_did() {
     let mut renderer = renderer(&device, tracer.scene(), SIZE);
     renderer.set_tracer(&tracer).unwrap();
     let plain = frame(&view);
-    let split = |first, second| Frame { methods: [first, second], split: 0.5, ..plain };
+    let split = |first, second| FrameParams { methods: [first, second], split: 0.5, ..plain };
     for (name, frame) in [
         ("shaded", plain),
         ("split", split(Method::Off, Method::Network)),
-        ("visibility", Frame { show: Show::Visibility, ..split(Method::Network, Method::Paper) }),
-        ("classic", Frame { show: Show::Visibility, ..split(Method::Gtao, Method::Vbao) }),
-        ("error", Frame { show: Show::Error, samples: 16, ..split(Method::Network, Method::Ssao) }),
-        ("normals", Frame { show: Show::Normals, ..plain }),
+        ("visibility", FrameParams { show: Show::Visibility, ..split(Method::Network, Method::Paper) }),
+        ("classic", FrameParams { show: Show::Visibility, ..split(Method::Gtao, Method::Vbao) }),
+        ("error", FrameParams { show: Show::Error, samples: 16, ..split(Method::Network, Method::Ssao) }),
+        ("normals", FrameParams { show: Show::Normals, ..plain }),
     ] {
         draw(&device, &mut renderer, &frame);
         check(name, &readback::image(&renderer).unwrap());

@@ -9,7 +9,7 @@ use aonet_scene::scene::procedural::Kind;
 use aonet_scene::trace::Tracer;
 use aonet_scene::{Scene, View};
 use aonet_view::renderer::readback::{self, Drawn};
-use aonet_view::{Frame, Method};
+use aonet_view::{FrameParams, Method};
 use common::{device, draw, frame, proposed, renderer};
 use glam::{Vec3, Vec3A};
 
@@ -38,7 +38,7 @@ fn strays(drawn: &Drawn, cast: &Surface) -> usize {
 
 fn drawn(device: &Device, scene: &Scene, view: &View) -> Drawn {
     let mut renderer = renderer(device, scene, (view.width, view.height));
-    let frame = Frame { methods: [Method::Off; 2], ..frame(view) };
+    let frame = FrameParams { methods: [Method::Off; 2], ..frame(view) };
     draw(device, &mut renderer, &frame);
     readback::drawn(&renderer, &frame.camera).unwrap()
 }

@@ -6,7 +6,7 @@ use aonet::gpu::Device;
 use aonet_scene::scene::{DEFAULT_ALBEDO, MissingNormals, gltf};
 use aonet_scene::{Scene, View};
 use aonet_view::renderer::readback;
-use aonet_view::{Frame, Method, Renderer};
+use aonet_view::{FrameParams, Method, Renderer};
 use common::{device, draw, frame, renderer};
 use image::{ImageFormat, RgbImage};
 use serde_json::{Value, json};
@@ -74,7 +74,7 @@ fn drawn(device: &Device, renderer: &mut Renderer) -> RgbImage {
     let (side, _) = renderer.size();
     let view = json!({"eye": [0, 0, 3], "target": [0, 0, 0], "width": side, "height": side, "ortho_height": 2, "radius": 1});
     let view: View = serde_json::from_value(view).unwrap();
-    draw(device, renderer, &Frame { methods: [Method::Off; 2], ..frame(&view) });
+    draw(device, renderer, &FrameParams { methods: [Method::Off; 2], ..frame(&view) });
     readback::albedo(renderer).unwrap()
 }
 

@@ -6,7 +6,7 @@ mod ops;
 mod subject;
 mod table;
 
-use crate::device::{Device, Precision};
+use crate::device::{Device, PrecisionArg};
 use crate::{output, setup};
 use anyhow::Result;
 use aonet::net::cpu::{self, Options};
@@ -58,7 +58,7 @@ pub(crate) struct Args {
     /// Numbers that networks multiply; may be repeated. A network that is not calibrated for int8 is, on the timed frame: for
     /// times only [default: f32; on a GPU f32 and f16].
     #[arg(long, value_enum)]
-    precision: Vec<Precision>,
+    precision: Vec<PrecisionArg>,
     /// Counted runs, after the first [default: 15; on a GPU 50].
     #[arg(long)]
     runs: Option<usize>,

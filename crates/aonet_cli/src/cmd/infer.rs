@@ -1,6 +1,6 @@
 //! `aonet infer`: AO from a G-buffer by a network.
 
-use crate::device::{Device, Precision};
+use crate::device::{Device, PrecisionArg};
 use crate::frame_args::FrameArgs;
 use crate::setup;
 use anyhow::Result;
@@ -29,7 +29,7 @@ pub(crate) struct Args {
     model: Option<PathBuf>,
     /// Numbers to multiply [default: on the CPU bf16 where the machine has it, on a GPU f16, else f32].
     #[arg(long, value_enum)]
-    precision: Option<Precision>,
+    precision: Option<PrecisionArg>,
     /// Where to compute.
     #[arg(long, value_enum, default_value_t)]
     device: Device,
@@ -53,7 +53,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
 }
 
 fn on_cpu(args: &Args, model: &Model, (gbuffer, params): (&GBuffer, AoParams)) -> Result<Timed> {
-    let precision = args.precision.map_or_else(|| Ok(cpu::Precision::fastest()), Precision::cpu)?;
+    let precision = args.precision.map_or_else(|| Ok(cpu::Precision::fastest()), PrecisionArg::cpu)?;
     let (width, height) = (gbuffer.width(), gbuffer.height());
     let mut image = AoImage::open(width, height)?;
     let options =
@@ -67,12 +67,12 @@ fn on_cpu(args: &Args, model: &Model, (gbuffer, params): (&GBuffer, AoParams)) -
 /// Runs the network; says on stderr on which device and with which numbers.
 #[cfg(feature = "gpu")]
 fn on_gpu(
-    precision: Option<Precision>,
+    precision: Option<PrecisionArg>,
     model: &Model,
     (gbuffer, params): (&GBuffer, AoParams),
 ) -> Result<Timed> {
     use aonet::gpu;
-    let precision = precision.map_or(Ok(gpu::Precision::F16), Precision::gpu)?;
+    let precision = precision.map_or(Ok(gpu::Precision::F16), PrecisionArg::gpu)?;
     let device = crate::device::gpu()?;
     let (width, height) = (gbuffer.width(), gbuffer.height());
     let mut image = AoImage::open(width, height)?;
@@ -86,6 +86,6 @@ fn on_gpu(
 /// # Errors
 /// Always: this build has no runtime for graphics processors.
 #[cfg(not(feature = "gpu"))]
-fn on_gpu(_: Option<Precision>, _: &Model, _: (&GBuffer, AoParams)) -> Result<Timed> {
+fn on_gpu(_: Option<PrecisionArg>, _: &Model, _: (&GBuffer, AoParams)) -> Result<Timed> {
     crate::device::absent()
 }

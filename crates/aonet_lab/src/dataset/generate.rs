@@ -1,7 +1,7 @@
 //! Making the frames of a plan: resumable, in shards, one scene in memory at a time.
 
 use super::manifest::{FrameEntry, Manifest};
-use super::plan::{Job, Plan, Shard};
+use super::plan::{DatasetPlan, Job, Shard};
 use crate::frame::Frame;
 use aonet_scene::backend::{Backend, Rays};
 use aonet_scene::error::{Error, Result};
@@ -74,7 +74,12 @@ impl Summary {
 /// # Errors
 /// When `dir` holds frames of another plan, a scene cannot be read or shows nothing worth keeping, a
 /// file cannot be written, or the plan is of imported frames.
-pub fn generate(dir: &Path, plan: &Plan, work: &Work, on_event: &(dyn Fn(Event) + Sync)) -> Result<Summary> {
+pub fn generate(
+    dir: &Path,
+    plan: &DatasetPlan,
+    work: &Work,
+    on_event: &(dyn Fn(Event) + Sync),
+) -> Result<Summary> {
     run(resume(dir, plan, work.shard)?, &BTreeMap::new(), (&work.backend, on_event))
 }
 
@@ -139,7 +144,7 @@ fn run(
 }
 
 /// The manifest of an earlier run without the frames whose files are gone, or a new one.
-fn resume(dir: &Path, plan: &Plan, shard: Option<Shard>) -> Result<Manifest> {
+fn resume(dir: &Path, plan: &DatasetPlan, shard: Option<Shard>) -> Result<Manifest> {
     if plan.recipe.is_imported() {
         let found = "imported frames: another program made them, and only it can make them again";
         return Err(Error::request("dataset", "scenes to make frames of", found));
@@ -157,7 +162,7 @@ fn resume(dir: &Path, plan: &Plan, shard: Option<Shard>) -> Result<Manifest> {
     Ok(manifest)
 }
 
-fn choose(plan: &Plan, job: Job, stage: &Stage, summary: &mut Summary) -> Result<FrameEntry> {
+fn choose(plan: &DatasetPlan, job: Job, stage: &Stage, summary: &mut Summary) -> Result<FrameEntry> {
     let (recipe, scene) = (&plan.recipe, &plan.scenes[job.scene].name);
     let mut random = Random::of_frame(recipe.seed, scene, job.index);
     // 53 bits: JSON numbers are doubles to most readers.

@@ -1,7 +1,7 @@
 //! The manifest of a dataset: which frames there are, and everything needed to make them again.
 
 use super::import::ImportedFrom;
-use super::plan::{Plan, Shard};
+use super::plan::{DatasetPlan, Shard};
 use aonet_scene::error::{Error, Result};
 use aonet_scene::scene::SceneSource;
 use aonet_scene::staging::{SceneSpec, SceneSplit};
@@ -91,7 +91,7 @@ pub struct Manifest {
     pub tool: String,
     /// What the whole dataset is.
     #[serde(flatten)]
-    pub plan: Plan,
+    pub plan: DatasetPlan,
     /// Which part of the dataset these frames are; absent for the whole.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shard: Option<Shard>,
@@ -103,7 +103,7 @@ pub struct Manifest {
 
 impl Manifest {
     /// A manifest without frames.
-    pub(super) fn new(dir: &Path, plan: Plan, shard: Option<Shard>) -> Self {
+    pub(super) fn new(dir: &Path, plan: DatasetPlan, shard: Option<Shard>) -> Self {
         let tool = concat!("aonet ", env!("CARGO_PKG_VERSION")).to_owned();
         Self { format: FORMAT, tool, plan, shard, frames: Vec::new(), dir: dir.to_owned() }
     }
@@ -269,7 +269,7 @@ fn first_difference(place: &str, a: &Value, b: &Value) -> Option<(String, String
 
 #[cfg(test)]
 mod tests {
-    use super::super::plan::{Preset, Recipe};
+    use super::super::plan::{DatasetParams, Preset};
     use super::*;
     use aonet_scene::scene::procedural::Kind;
     use aonet_scene::staging::SceneSplit;
@@ -278,7 +278,7 @@ mod tests {
     fn manifest() -> Value {
         let scene = |seed, split| SceneSpec::procedural(Kind::Hall, seed, split);
         let scenes = vec![scene(0, SceneSplit::Train), scene(1, SceneSplit::Val), scene(2, SceneSplit::Test)];
-        let plan = Plan::new(Recipe::preset(Preset::AnyRadius), scenes).unwrap();
+        let plan = DatasetPlan::new(DatasetParams::preset(Preset::AnyRadius), scenes).unwrap();
         let mut json = serde_json::to_value(Manifest::new(Path::new("d"), plan, None)).unwrap();
         json["frames"] = json!([{
             "file": "frames/hall_0/000000.exr", "scene": "hall_0", "index": 0, "split": "train", "radius": 0.5,

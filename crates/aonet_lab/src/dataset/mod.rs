@@ -1,6 +1,6 @@
 //! Datasets: many views of many scenes with their reference AO, and the manifest that lists them.
 //!
-//! A [`Plan`] says which frames there will be; [`generate`] makes them; a [`Manifest`] says which there
+//! A [`DatasetPlan`] says which frames there will be; [`generate`] makes them; a [`Manifest`] says which there
 //! are. Splits are by scene: no scene is both trained on and tested with. Frame `i` of a scene depends on
 //! the seed, the scene's name and `i` alone, never on order, shard or other scenes.
 
@@ -16,7 +16,7 @@ pub use generate::{Event, Summary, Work, generate, remake};
 pub use import::{Import, ImportRule, ImportSummary, ImportedFrom, NormalCoding, Unmatched, import};
 pub use manifest::{FORMAT, FrameEntry, Manifest, Split};
 pub use merge::merge;
-pub use plan::{Counts, Job, Plan, Preset, Recipe, Shard};
+pub use plan::{Counts, DatasetParams, DatasetPlan, Job, Preset, Shard};
 pub use sheet::contact_sheet;
 
 #[cfg(test)]

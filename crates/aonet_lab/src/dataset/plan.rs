@@ -89,7 +89,7 @@ const MAX_FRAMES: usize = 1_000_000;
 
 /// The numbers of a dataset.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Recipe {
+pub struct DatasetParams {
     /// The starting values, some of which the fields below may have replaced.
     pub preset: Preset,
     /// Seed of everything random.
@@ -108,7 +108,7 @@ pub struct Recipe {
     pub radius: RadiusRule,
 }
 
-impl Recipe {
+impl DatasetParams {
     /// The values of a preset. Imported frames have none: what they show is to be filled in.
     pub fn preset(preset: Preset) -> Self {
         let (width, height) = match preset {
@@ -203,7 +203,7 @@ impl Shard {
 /// A frame to make.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Job {
-    /// Index into [`Plan::scenes`].
+    /// Index into [`DatasetPlan::scenes`].
     pub scene: usize,
     /// Which frame of its scene.
     pub index: u32,
@@ -213,19 +213,19 @@ pub struct Job {
 
 /// A whole dataset, before it is made.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Plan {
+pub struct DatasetPlan {
     /// Its numbers.
-    pub recipe: Recipe,
+    pub recipe: DatasetParams,
     /// Its scenes, by name.
     pub scenes: Vec<SceneSpec>,
 }
 
-impl Plan {
+impl DatasetPlan {
     /// A plan for `scenes`, in any order.
     ///
     /// # Errors
     /// When a number is out of range, two scenes have one name, or a split has frames and no scenes.
-    pub fn new(recipe: Recipe, mut scenes: Vec<SceneSpec>) -> Result<Self> {
+    pub fn new(recipe: DatasetParams, mut scenes: Vec<SceneSpec>) -> Result<Self> {
         scenes.sort_by(|a, b| a.name.cmp(&b.name));
         let plan = Self { recipe, scenes };
         plan.check()?;
@@ -277,7 +277,7 @@ impl Plan {
         jobs.into_iter().skip(index - 1).step_by(count).collect()
     }
 
-    /// The length of [`Plan::jobs`].
+    /// The length of [`DatasetPlan::jobs`].
     pub fn job_count(&self, shard: Option<Shard>) -> usize {
         let Shard { index, count } = shard.unwrap_or(Shard { index: 1, count: 1 });
         self.recipe.frames.total().saturating_sub(index - 1).div_ceil(count)

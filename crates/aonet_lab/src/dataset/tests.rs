@@ -10,9 +10,17 @@ use std::path::Path;
 use std::sync::LazyLock;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-fn recipe(seed: u64) -> Recipe {
+fn recipe(seed: u64) -> DatasetParams {
     let frames = Counts { train: 5, val: 2, val_seen: 2, test: 2 };
-    Recipe { seed, frames, width: 48, height: 32, spp: 4, eval_spp: 8, ..Recipe::preset(Preset::AnyRadius) }
+    DatasetParams {
+        seed,
+        frames,
+        width: 48,
+        height: 32,
+        spp: 4,
+        eval_spp: 8,
+        ..DatasetParams::preset(Preset::AnyRadius)
+    }
 }
 
 /// Scenes on disk, one folder for all tests.
@@ -24,7 +32,7 @@ static DIR: LazyLock<tempfile::TempDir> = LazyLock::new(|| {
     dir
 });
 
-fn plan(seed: u64) -> Plan {
+fn plan(seed: u64) -> DatasetPlan {
     let scene = |name: &str, split, environment| {
         let file = DIR.path().join(name).with_extension("glb");
         SceneSpec::from_file(&file, split).unwrap().with_environment(environment)
@@ -35,10 +43,10 @@ fn plan(seed: u64) -> Plan {
         scene("tower", SceneSplit::Val, false),
         scene("attic", SceneSplit::Test, true),
     ];
-    Plan::new(recipe(seed), scenes).unwrap()
+    DatasetPlan::new(recipe(seed), scenes).unwrap()
 }
 
-fn make(dir: &Path, plan: &Plan, shard: Option<Shard>) -> Summary {
+fn make(dir: &Path, plan: &DatasetPlan, shard: Option<Shard>) -> Summary {
     generate(dir, plan, &Work { shard, ..Work::default() }, &|_| ()).unwrap()
 }
 
@@ -98,7 +106,7 @@ fn shards_that_do_not_belong_together_are_refused() {
     assert!(message.contains("seed"), "{message}");
     let other = tempfile::tempdir().unwrap();
     make(other.path(), &plan(1), Some(Shard::new(2, 2).unwrap()));
-    std::fs::remove_file(other.path().join(Plan::file(&plan(1), plan(1).jobs(None)[1]))).unwrap();
+    std::fs::remove_file(other.path().join(DatasetPlan::file(&plan(1), plan(1).jobs(None)[1]))).unwrap();
     let message = merge(&[a.path().to_owned(), other.path().to_owned()]).unwrap_err().to_string();
     assert!(message.contains(".exr"), "{message}");
 }
@@ -147,7 +155,7 @@ fn frames_depend_on_their_scene_and_not_on_others() {
     let mut scenes = plan(1).scenes;
     scenes.retain(|s| s.name == "hall");
     let frames = Counts { train: 2, val: 0, val_seen: 0, test: 0 };
-    make(few.path(), &Plan::new(Recipe { frames, ..recipe(1) }, scenes).unwrap(), None);
+    make(few.path(), &DatasetPlan::new(DatasetParams { frames, ..recipe(1) }, scenes).unwrap(), None);
     let (all, few) = (contents(all.path()), contents(few.path()));
     for name in ["frames/hall/000000.exr", "frames/hall/000001.exr"] {
         assert!(all[name] == few[name], "{name}");

@@ -278,7 +278,7 @@ fn finite_psnr(psnr: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::dataset::{self, Counts, Plan, Preset, Recipe};
+    use crate::dataset::{self, Counts, DatasetParams, DatasetPlan, Preset};
     use aonet::net::naive;
     use aonet::{Camera, Projection};
     use aonet_scene::scene::procedural::Kind;
@@ -326,10 +326,17 @@ mod tests {
 
     fn dataset(dir: &Path) -> Manifest {
         let frames = Counts { train: 1, val: 0, val_seen: 0, test: 2 };
-        let recipe =
-            Recipe { width: 48, height: 27, frames, spp: 16, eval_spp: 16, ..Recipe::preset(Preset::Paper) };
+        let recipe = DatasetParams {
+            width: 48,
+            height: 27,
+            frames,
+            spp: 16,
+            eval_spp: 16,
+            ..DatasetParams::preset(Preset::Paper)
+        };
         let scene = |seed, split| SceneSpec::procedural(Kind::ClutterPile, seed, split);
-        let plan = Plan::new(recipe, vec![scene(1, SceneSplit::Train), scene(2, SceneSplit::Test)]).unwrap();
+        let plan =
+            DatasetPlan::new(recipe, vec![scene(1, SceneSplit::Train), scene(2, SceneSplit::Test)]).unwrap();
         dataset::generate(dir, &plan, &dataset::Work::default(), &|_| ()).unwrap();
         Manifest::load(dir).unwrap()
     }

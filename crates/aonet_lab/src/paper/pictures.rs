@@ -20,7 +20,7 @@ const METHODS: [&str; 4] = ["deep_ao", "deep_shading", AO_NET, "ours"];
 const MISSING: [u8; 3] = [90; 3];
 
 /// A test frame.
-struct View {
+struct TestFrame {
     entry: FrameEntry,
     gbuffer: GBuffer,
     params: AoParams,
@@ -54,7 +54,7 @@ pub(super) fn figure(
     let (mut panels, mut views) = (Vec::new(), Vec::new());
     for (done, entry) in chosen.iter().enumerate() {
         let (gbuffer, params, reference) = eval::read(manifest, entry)?;
-        let view = View { entry: (*entry).clone(), gbuffer, params, reference };
+        let view = TestFrame { entry: (*entry).clone(), gbuffer, params, reference };
         let shots: Vec<Option<Shot>> =
             keys.iter().map(|k| shoot(subject, k, &view)).collect::<Result<_>>()?;
         let methods: Vec<(&str, &Option<Shot>)> = keys.iter().copied().zip(&shots).collect();
@@ -77,7 +77,7 @@ fn chosen(manifest: &Manifest, count: usize) -> Vec<&FrameEntry> {
     scenes.filter_map(|s| manifest.frames(Split::Test).find(|f| f.scene == s.name)).take(count).collect()
 }
 
-fn shoot(subject: &Subject<'_>, key: &str, view: &View) -> Result<Option<Shot>> {
+fn shoot(subject: &Subject<'_>, key: &str, view: &TestFrame) -> Result<Option<Shot>> {
     let Some(model) = subject.models.first(key) else { return Ok(None) };
     let method = Method::network(model, subject.threads);
     let (ao, _) = eval::run(&method, &view.gbuffer, view.params)?;
@@ -86,7 +86,7 @@ fn shoot(subject: &Subject<'_>, key: &str, view: &View) -> Result<Option<Shot>> 
 }
 
 /// The method's picture by `draw`, or a grey one that says that there is none.
-fn panel(view: &View, (key, shot): (&str, &Option<Shot>), draw: impl FnOnce(&Shot) -> Panel) -> Panel {
+fn panel(view: &TestFrame, (key, shot): (&str, &Option<Shot>), draw: impl FnOnce(&Shot) -> Panel) -> Panel {
     match shot {
         Some(shot) => draw(shot),
         None => {
@@ -97,13 +97,13 @@ fn panel(view: &View, (key, shot): (&str, &Option<Shot>), draw: impl FnOnce(&Sho
     }
 }
 
-fn error_panel(view: &View, shot: &Shot) -> Result<Panel> {
+fn error_panel(view: &TestFrame, shot: &Shot) -> Result<Panel> {
     let text = format!("{:.2} dB, SSIM {:.4}", shot.scores.psnr, shot.scores.ssim);
     Ok((picture::error(&view.reference, &shot.ao)?, Caption::new(text)))
 }
 
 /// Fig. 5: reference, every method with its time, every method's error.
-fn timed(view: &View, methods: &[(&str, &Option<Shot>)], m: &Measurements) -> Result<Vec<Panel>> {
+fn timed(view: &TestFrame, methods: &[(&str, &Option<Shot>)], m: &Measurements) -> Result<Vec<Panel>> {
     let mut panels =
         vec![(picture::ao(&view.reference), Caption::new(format!("reference, {}", view.entry.scene)))];
     for &(key, shot) in methods {
@@ -120,7 +120,7 @@ fn timed(view: &View, methods: &[(&str, &Option<Shot>)], m: &Measurements) -> Re
 }
 
 /// Fig. 7: normals, reference and methods; below them depth, the colours of errors, and errors.
-fn whole(view: &View, methods: &[(&str, &Option<Shot>)], subject: &Subject<'_>) -> Result<Vec<Panel>> {
+fn whole(view: &TestFrame, methods: &[(&str, &Option<Shot>)], subject: &Subject<'_>) -> Result<Vec<Panel>> {
     let mut above = vec![
         (picture::normals(&view.gbuffer), Caption::new("normals")),
         (picture::ao(&view.reference), Caption::new("reference")),
@@ -145,7 +145,7 @@ fn whole(view: &View, methods: &[(&str, &Option<Shot>)], subject: &Subject<'_>) 
 }
 
 /// Figs. 6 and 8: reference with the window; the window of the reference and of every method.
-fn zoomed(view: &View, methods: &[(&str, &Option<Shot>)], window: Window) -> Vec<Panel> {
+fn zoomed(view: &TestFrame, methods: &[(&str, &Option<Shot>)], window: Window) -> Vec<Panel> {
     let reference = picture::ao(&view.reference);
     let mut panels = vec![
         (crops::outlined(reference.clone(), window), Caption::new(view.entry.scene.as_str())),
@@ -163,7 +163,7 @@ fn zoomed(view: &View, methods: &[(&str, &Option<Shot>)], window: Window) -> Vec
     panels
 }
 
-fn as_json(view: &View, methods: &[(&str, &Option<Shot>)], window: Window) -> Value {
+fn as_json(view: &TestFrame, methods: &[(&str, &Option<Shot>)], window: Window) -> Value {
     let scores = |s: &Shot| json!({ "ssim": s.scores.ssim, "psnr": s.scores.psnr, "window_psnr": crops::psnr(&view.reference, &s.ao, window) });
     let methods: Map<_, _> =
         methods.iter().map(|(k, s)| ((*k).to_owned(), s.as_ref().map_or(Value::Null, scores))).collect();

@@ -6,7 +6,7 @@ use super::optimizer::Gradients;
 use super::samples::Crop;
 use super::step::{Stepper, single_threaded_pools};
 use super::{Augment, LossConfig, Optimizer, TrainConfig, TrainDevice, TrainRun, net, train};
-use crate::dataset::{Manifest, Plan, Preset, Recipe, Work};
+use crate::dataset::{DatasetParams, DatasetPlan, Manifest, Preset, Work};
 use aonet::net::naive::{self, Planes};
 use aonet::net::{Arch, Features, Graph, KernelWeights, Model, ModelConfig, Skips, TrainingFacts, Weights};
 use aonet_scene::scene::procedural::Kind;
@@ -207,14 +207,15 @@ fn own_kernels_have_the_gradients_of_the_framework() {
 }
 
 pub(super) fn tiny_dataset(dir: &Path) -> Manifest {
-    let mut recipe = Recipe::preset(Preset::AnyRadius);
+    let mut recipe = DatasetParams::preset(Preset::AnyRadius);
     (recipe.width, recipe.height, recipe.spp, recipe.eval_spp) = (64, 64, 64, 64);
     let scenes = vec![
         SceneSpec::procedural(Kind::ClutterPile, 1, SceneSplit::Train),
         SceneSpec::procedural(Kind::ClutterPile, 2, SceneSplit::Val),
     ];
     recipe.frames = recipe.frames.kept(|split| scenes.iter().any(|s| split.takes(s.split))).scaled_to(2);
-    crate::dataset::generate(dir, &Plan::new(recipe, scenes).unwrap(), &Work::default(), &|_| ()).unwrap();
+    crate::dataset::generate(dir, &DatasetPlan::new(recipe, scenes).unwrap(), &Work::default(), &|_| ())
+        .unwrap();
     Manifest::load(&dir.join("manifest.json")).unwrap()
 }
 

@@ -7,13 +7,13 @@
 //!
 //! ```no_run
 //! use aonet::gpu::{DepthEncoding, Frame, wgpu};
-//! use aonet_scene::gpu::{Options, Reference, SceneBuffers, Textures};
+//! use aonet_scene::gpu::{ReferenceOptions, Reference, SceneBuffers, Textures};
 //! use aonet_scene::reference::Sampling;
 //! use aonet_scene::trace::Tracer;
 //!
 //! fn once(device: &wgpu::Device, queue: &wgpu::Queue, tracer: &Tracer) -> aonet_scene::Result<Reference> {
 //!     let scene = SceneBuffers::new((device, queue), tracer)?;
-//!     Reference::new(&scene, (1280, 720), Options::default())
+//!     Reference::new(&scene, (1280, 720), ReferenceOptions::default())
 //! }
 //!
 //! /// Whenever the camera has moved. A view can be kept for as long as the textures are the same.
@@ -42,6 +42,6 @@ mod start;
 mod tests;
 
 pub use offscreen::Offscreen;
-pub use reference::{Options, RAYS_AT_ONCE, Reference};
+pub use reference::{RAYS_AT_ONCE, Reference, ReferenceOptions};
 pub use scene::SceneBuffers;
-pub use start::{Textures, View};
+pub use start::{BoundTextures, Textures};

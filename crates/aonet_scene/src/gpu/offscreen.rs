@@ -1,6 +1,6 @@
 //! References of surfaces in main memory, for programs that do not render on the device.
 
-use super::reference::{Dispatch, Options, Reference};
+use super::reference::{Dispatch, Reference, ReferenceOptions};
 use super::scene::SceneBuffers;
 use crate::Result;
 use crate::gbuffer::Surface;
@@ -25,7 +25,8 @@ impl<'a> Offscreen<'a> {
     /// When the scene is too large for the device, or the device is lost.
     pub fn new(device: &Device, tracer: &'a Tracer) -> Result<Self> {
         let scene = SceneBuffers::new((&device.device, &device.queue), tracer)?;
-        let options = Options { sampling: Sampling { spp: 1, seed: 0 }, ..Options::default() };
+        let options =
+            ReferenceOptions { sampling: Sampling { spp: 1, seed: 0 }, ..ReferenceOptions::default() };
         let reference = Reference::new(&scene, (1, 1), options)?;
         Ok(Self { device: device.clone(), tracer, reference })
     }

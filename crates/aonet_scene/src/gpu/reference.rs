@@ -5,7 +5,7 @@ use super::memory::{Context, PLACES, Ring};
 use super::order::{Batch, Walk};
 use super::program::{self, Sees};
 use super::scene::{self, SceneBuffers};
-use super::start::{Points, Start, Textures, View};
+use super::start::{BoundTextures, Points, Start, Textures};
 use crate::gbuffer::Surface;
 use crate::reference::{Sampling, spiral};
 use crate::trace::Tracer;
@@ -26,7 +26,7 @@ const GROUP: u32 = 64;
 
 /// What a reference is told once.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Options {
+pub struct ReferenceOptions {
     /// The sequence of rays. It is a CPU's after as many rays as it has; more of them turn it anew.
     pub sampling: Sampling,
     /// How textures hold depth.
@@ -36,7 +36,7 @@ pub struct Options {
     pub output: wgpu::TextureFormat,
 }
 
-impl Default for Options {
+impl Default for ReferenceOptions {
     /// 256 rays in a sequence, reversed depth, 16 bits of visibility.
     fn default() -> Self {
         Self {
@@ -51,7 +51,7 @@ impl Default for Options {
 #[derive(Debug)]
 pub struct Reference {
     scene: SceneBuffers,
-    options: Options,
+    options: ReferenceOptions,
     programs: Programs,
     spokes: wgpu::Buffer,
     ring: Ring,
@@ -105,7 +105,7 @@ impl Reference {
     /// # Errors
     /// When a side is 0 or the image too large for the device, `spp` is 0 or too large, the output cannot be rendered to,
     /// or there is not enough memory.
-    pub fn new(scene: &SceneBuffers, size: (usize, usize), options: Options) -> Result<Self> {
+    pub fn new(scene: &SceneBuffers, size: (usize, usize), options: ReferenceOptions) -> Result<Self> {
         options.sampling.check()?;
         let context = &scene.context;
         let made = scoped(&context.device, "reference", || {
@@ -170,7 +170,7 @@ impl Reference {
     }
 
     /// What it was told.
-    pub fn options(&self) -> Options {
+    pub fn options(&self) -> ReferenceOptions {
         self.options
     }
 
@@ -191,7 +191,7 @@ impl Reference {
     ///
     /// # Errors
     /// When a texture has another size, or a format or usage that cannot be read.
-    pub fn view(&self, textures: Textures<'_>) -> Result<View> {
+    pub fn view(&self, textures: Textures<'_>) -> Result<BoundTextures> {
         Ok(self.programs.start.view(&self.scene.context, self.sized.size, textures)?)
     }
 
@@ -201,7 +201,12 @@ impl Reference {
     ///
     /// # Errors
     /// When view or camera have another size than the reference, or the frame's numbers are out of range.
-    pub fn start(&mut self, encoder: &mut wgpu::CommandEncoder, view: &View, frame: &Frame) -> Result<()> {
+    pub fn start(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        view: &BoundTextures,
+        frame: &Frame,
+    ) -> Result<()> {
         let radius = AoParams::new(frame.params.radius)?.radius;
         let to = (&self.scene.context, &mut self.ring, &self.sized.points);
         self.programs.start.encode(encoder, (view, frame), to)?;
@@ -319,7 +324,7 @@ fn spokes(context: &Context, sampling: Sampling) -> aonet::Result<wgpu::Buffer> 
 }
 
 impl Programs {
-    fn new(context: &Context, options: &Options) -> Self {
+    fn new(context: &Context, options: &ReferenceOptions) -> Self {
         let device = &context.device;
         let mut sees = [Sees::Read; 8];
         (sees[0], sees[7]) = (Sees::Numbers, Sees::Write);

@@ -28,7 +28,7 @@ pub struct Textures<'a> {
 
 /// Textures that a [`Reference`](super::Reference) can start from.
 #[derive(Debug)]
-pub struct View {
+pub struct BoundTextures {
     size: (usize, usize),
     group: wgpu::BindGroup,
 }
@@ -98,7 +98,7 @@ impl Start {
         context: &Context,
         size: (usize, usize),
         textures: Textures<'_>,
-    ) -> aonet::Result<View> {
+    ) -> aonet::Result<BoundTextures> {
         let Textures { normal, geo_normal, depth } = textures;
         let named = [("normal", normal), ("geometric normal", geo_normal), ("depth", depth)];
         for (what, view) in named {
@@ -116,7 +116,7 @@ impl Start {
                 entries: &entries,
             }))
         })?;
-        Ok(View { size, group })
+        Ok(BoundTextures { size, group })
     }
 
     /// # Errors
@@ -143,7 +143,7 @@ impl Start {
     pub(super) fn encode(
         &self,
         encoder: &mut wgpu::CommandEncoder,
-        (view, frame): (&View, &Frame),
+        (view, frame): (&BoundTextures, &Frame),
         (context, ring, points): (&Context, &mut Ring, &Points),
     ) -> aonet::Result<()> {
         let (width, height) = points.size;

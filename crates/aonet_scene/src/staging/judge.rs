@@ -37,7 +37,7 @@ impl Flaw {
 
 /// What is asked of a view. guess: set by eye on contact sheets of 101 scenes.
 #[derive(Debug, Clone, Copy)]
-pub(super) struct Taste {
+pub(super) struct ViewCriteria {
     /// Largest share of background pixels.
     pub background: f32,
     /// Smallest share of pixels that show the scene itself, not its ground.
@@ -64,26 +64,26 @@ pub(super) struct Subject {
 }
 
 /// Checks a small view; gives the median depth of its foreground (world units).
-pub(super) fn judge(surface: &Surface, subject: Subject, taste: &Taste) -> Result<f32, Flaw> {
+pub(super) fn judge(surface: &Surface, subject: Subject, criteria: &ViewCriteria) -> Result<f32, Flaw> {
     let gbuffer = &surface.gbuffer;
     let mut depth: Vec<f32> = gbuffer.depth().iter().copied().filter(|d| d.is_finite()).collect();
     let pixels = gbuffer.depth().len() as f32;
     let foreground = depth.len() as f32;
     let content = surface.triangle.iter().filter(|&&t| t < subject.ground_from).count() as f32;
-    if pixels - foreground > taste.background * pixels || content < taste.content * pixels {
+    if pixels - foreground > criteria.background * pixels || content < criteria.content * pixels {
         return Err(Flaw::Empty);
     }
     let backs = surface.backface.iter().filter(|&&b| b).count() as f32;
-    if backs > taste.backface * foreground {
+    if backs > criteria.backface * foreground {
         return Err(Flaw::Inside);
     }
     depth.sort_unstable_by(f32::total_cmp);
     let median = depth[depth.len() / 2];
-    let near = depth.partition_point(|&d| d < taste.near * median) as f32;
-    if median < taste.median_depth * subject.radius || near > taste.near_share * pixels {
+    let near = depth.partition_point(|&d| d < criteria.near * median) as f32;
+    if median < criteria.median_depth * subject.radius || near > criteria.near_share * pixels {
         return Err(Flaw::Blocked);
     }
-    if edges(gbuffer) < taste.edges * foreground {
+    if edges(gbuffer) < criteria.edges * foreground {
         return Err(Flaw::Bare);
     }
     Ok(median)
@@ -115,7 +115,7 @@ mod tests {
     use crate::{Scene, View};
     use glam::Vec3;
 
-    const TASTE: Taste = Taste {
+    const CRITERIA: ViewCriteria = ViewCriteria {
         background: 0.5,
         content: 0.1,
         backface: 0.3,
@@ -139,7 +139,7 @@ mod tests {
             radius: 1.0,
         };
         let subject = Subject { radius: scene.bounds().radius(), ground_from: u32::MAX };
-        judge(&render(&Tracer::new(scene.clone()), &view).unwrap(), subject, &TASTE)
+        judge(&render(&Tracer::new(scene.clone()), &view).unwrap(), subject, &CRITERIA)
     }
 
     #[test]
@@ -174,7 +174,7 @@ mod tests {
         .unwrap();
         let surface = render(&tracer, &view).unwrap();
         let subject = |ground_from| Subject { radius: 4.0, ground_from };
-        assert!(judge(&surface, subject(u32::MAX), &TASTE).is_ok());
-        assert_eq!(judge(&surface, subject(0), &TASTE), Err(Flaw::Empty));
+        assert!(judge(&surface, subject(u32::MAX), &CRITERIA).is_ok());
+        assert_eq!(judge(&surface, subject(0), &CRITERIA), Err(Flaw::Empty));
     }
 }

@@ -1,6 +1,6 @@
 //! Where a person would put the camera: proposals of views, and the first good one of them.
 
-use super::judge::{Flaw, Subject, Taste, judge};
+use super::judge::{Flaw, Subject, ViewCriteria, judge};
 use super::radius::RadiusRule;
 use super::spec::{Candidate, SceneSpec};
 use crate::error::{Error, Result};
@@ -109,7 +109,7 @@ impl<'a> Stage<'a> {
         let manner = self.manner(random);
         let mut view = self.propose(manner, probe_size(framing), random).ok_or(Flaw::Nowhere)?;
         let surface = gbuffer::render(self.tracer, &view).map_err(|_| Flaw::Nowhere)?;
-        let median = judge(&surface, self.subject(), &self.taste(manner))?;
+        let median = judge(&surface, self.subject(), &self.criteria(manner))?;
         view.radius = match framing.radius {
             RadiusRule::SceneFraction(fraction) => fraction * self.radius(),
             RadiusRule::Given(radius) => radius,
@@ -135,17 +135,17 @@ impl<'a> Stage<'a> {
             let manner = if self.open { Manner::Around } else { self.manner(&mut random) };
             let Some(view) = self.propose(manner, (96, 54), &mut random) else { continue };
             let Ok(surface) = gbuffer::render(self.tracer, &view) else { continue };
-            let taste = self.taste(manner);
-            let verdict = |backface| judge(&surface, self.subject(), &Taste { backface, ..taste });
+            let criteria = self.criteria(manner);
+            let verdict = |backface| judge(&surface, self.subject(), &ViewCriteria { backface, ..criteria });
             good += usize::from(verdict(1.0).is_ok());
-            backs += usize::from(verdict(1.0).is_ok() && verdict(taste.backface) == Err(Flaw::Inside));
+            backs += usize::from(verdict(1.0).is_ok() && verdict(criteria.backface) == Err(Flaw::Inside));
         }
         2 * backs <= good
     }
 
-    fn taste(&self, manner: Manner) -> Taste {
+    fn criteria(&self, manner: Manner) -> ViewCriteria {
         let outside = manner == Manner::Around;
-        Taste {
+        ViewCriteria {
             background: if outside || self.open { 0.6 } else { 0.4 },
             content: 0.1,
             backface: if self.wound { 0.3 } else { 1.0 },

@@ -13,7 +13,7 @@ use aonet::AoImage;
 use aonet::gpu::{Device, wgpu};
 use aonet::metrics::psnr;
 use aonet_scene::gbuffer::{Surface, render};
-use aonet_scene::gpu::{Offscreen, Options, Reference, SceneBuffers};
+use aonet_scene::gpu::{Offscreen, Reference, ReferenceOptions, SceneBuffers};
 use aonet_scene::reference::{Sampling, reference_ao};
 use aonet_scene::scene::procedural::Kind;
 use aonet_scene::trace::Tracer;
@@ -58,7 +58,7 @@ fn stage(size: (usize, usize)) -> (Tracer, View, Surface) {
     (tracer, view, surface)
 }
 
-fn reference(device: &Device, tracer: &Tracer, size: (usize, usize), options: Options) -> Reference {
+fn reference(device: &Device, tracer: &Tracer, size: (usize, usize), options: ReferenceOptions) -> Reference {
     let scene = SceneBuffers::new((&device.device, &device.queue), tracer).unwrap();
     Reference::new(&scene, size, options).unwrap()
 }

@@ -6,7 +6,7 @@ use super::{FLOAT, LEAST_PSNR, agreement, device, stage};
 use aonet::gpu::{Device, Frame, wgpu};
 use aonet::{AoParams, Camera};
 use aonet_scene::gbuffer::Surface;
-use aonet_scene::gpu::{Offscreen, Options, Reference, SceneBuffers, Textures};
+use aonet_scene::gpu::{Offscreen, Reference, ReferenceOptions, SceneBuffers, Textures};
 use aonet_scene::reference::{Sampling, reference_ao};
 use std::task::{Context, Poll, Waker};
 
@@ -16,13 +16,13 @@ fn wrong_sizes_formats_and_frames_are_errors() {
     let (tracer, view, surface) = stage((20, 12));
     let (params, camera) = (view.params().unwrap(), view.camera().unwrap());
     let scene = SceneBuffers::new((&device.device, &device.queue), &tracer).unwrap();
-    let options = Options { output: FLOAT, ..Options::default() };
+    let options = ReferenceOptions { output: FLOAT, ..ReferenceOptions::default() };
     let error = |found: Result<Reference, aonet_scene::Error>| found.unwrap_err().to_string();
     assert!(error(Reference::new(&scene, (0, 5), options)).contains("0x5"));
     assert!(error(Reference::new(&scene, (32_768, 32_768), options)).contains("bytes"));
-    let none = Options { sampling: Sampling { spp: 0, seed: 0 }, ..options };
+    let none = ReferenceOptions { sampling: Sampling { spp: 0, seed: 0 }, ..options };
     assert!(error(Reference::new(&scene, (5, 5), none)).contains("rays per pixel"));
-    let no_target = Options { output: wgpu::TextureFormat::Rgb9e5Ufloat, ..options };
+    let no_target = ReferenceOptions { output: wgpu::TextureFormat::Rgb9e5Ufloat, ..options };
     assert!(error(Reference::new(&scene, (5, 5), no_target)).contains("device"));
     let mut reference = Reference::new(&scene, (20, 12), options).unwrap();
     assert!(reference.resize((12, 0)).is_err() && reference.size() == (20, 12));

@@ -7,7 +7,7 @@ use aonet::gpu::{DepthEncoding, Device, Frame, wgpu};
 use aonet::{AoImage, Camera};
 use aonet_scene::View;
 use aonet_scene::gbuffer::{Surface, render};
-use aonet_scene::gpu::{Options, Textures};
+use aonet_scene::gpu::{ReferenceOptions, Textures};
 use aonet_scene::reference::{Sampling, reference_ao};
 use aonet_scene::scene::procedural::Kind;
 use aonet_scene::trace::Tracer;
@@ -53,7 +53,7 @@ fn from_textures(
     device: &Device,
     tracer: &Tracer,
     (textures, frame): (&[wgpu::TextureView; 3], &Frame),
-    options: Options,
+    options: ReferenceOptions,
 ) -> AoImage {
     let size = (frame.camera.width, frame.camera.height);
     let mut reference = reference(device, tracer, size, options);
@@ -100,7 +100,7 @@ fn rays_start_at_what_textures_show() {
             let shown = Shown { camera, depth: &depth, normal: &normal, geo_normal: &surface.geo_normal };
             let linear = depth_encoding == DepthEncoding::Linear;
             let textures = shown.textures(&device, normals, |d| if linear { d } else { reversed(d) });
-            let options = Options { sampling, depth: depth_encoding, output: FLOAT };
+            let options = ReferenceOptions { sampling, depth: depth_encoding, output: FLOAT };
             let gpu = from_textures(&device, &tracer, (&textures, &frame), options);
             let psnr = agreement(&cpu, &gpu);
             println!("{depth_encoding:?}, {normals:?}, orthographic {ortho_height:?}: {psnr:.1} dB");
@@ -135,7 +135,7 @@ fn rays_start_on_the_surface_wherever_a_rasteriser_has_moved_it() {
     let cpu = reference_ao(&tracer, &surface, params, sampling, &|_| ()).unwrap();
     let (depth, normal) = (moved(&surface), surface.gbuffer.normal());
     let frame = Frame { camera, far: f32::INFINITY, params };
-    let options = Options { sampling, depth: DepthEncoding::Linear, output: FLOAT };
+    let options = ReferenceOptions { sampling, depth: DepthEncoding::Linear, output: FLOAT };
     for normals in [FLOATS, HALVES] {
         let shown = Shown { camera, depth: &depth, normal, geo_normal: &surface.geo_normal };
         let textures = shown.textures(&device, normals, |d| d);
@@ -168,7 +168,7 @@ fn rays_start_at_the_backs_of_triangles_as_at_their_fronts() {
         let shown = Shown { camera, depth, normal, geo_normal: &surface.geo_normal };
         let textures = shown.textures(&device, FLOATS, |d| d);
         let frame = Frame { camera, far: f32::INFINITY, params };
-        let options = Options { sampling, depth: DepthEncoding::Linear, output: FLOAT };
+        let options = ReferenceOptions { sampling, depth: DepthEncoding::Linear, output: FLOAT };
         let psnr = agreement(&cpu, &from_textures(&device, &tracer, (&textures, &frame), options));
         println!("{side:+}: {psnr:.1} dB");
         // Measured: equal on both sides; what starts a sixteenth of a pixel away comes to 58.6 dB.
@@ -215,7 +215,7 @@ fn rays_start_at_a_depth_buffer() {
     let normal = surface.gbuffer.normal();
     let shown = Shown { camera, depth: surface.gbuffer.depth(), normal, geo_normal: &surface.geo_normal };
     let [normal, geo_normal, _] = shown.textures(&device, FLOATS, |d| d);
-    let options = Options { sampling, output: FLOAT, ..Options::default() };
+    let options = ReferenceOptions { sampling, output: FLOAT, ..ReferenceOptions::default() };
     let trace = |far, stored| {
         let frame = Frame { camera, far, params };
         let textures = [normal.clone(), geo_normal.clone(), depth_buffer(&device, size, stored)];

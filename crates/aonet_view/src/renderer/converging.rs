@@ -1,13 +1,13 @@
 //! The ray-traced reference: more exact with every frame that nothing moves in.
 
 use super::device::Gpu;
-use super::frame::Frame;
+use super::frame::FrameParams;
 use super::method::Method;
 use super::stopwatch::Stopwatch;
 use super::targets::{self, Target, Targets};
 use crate::Result;
 use aonet::gpu::{self as net, DepthEncoding, wgpu};
-use aonet_scene::gpu::{Options, Reference, SceneBuffers, Textures, View};
+use aonet_scene::gpu::{BoundTextures, Reference, ReferenceOptions, SceneBuffers, Textures};
 use aonet_scene::trace::Tracer;
 
 /// Rays a pixel after which it has converged: a step of an image of 8 bits is larger than what is left.
@@ -27,7 +27,7 @@ pub(super) struct Converging {
 #[derive(Debug)]
 struct Sized {
     reference: Reference,
-    view: View,
+    view: BoundTextures,
     visibility: Target,
     /// Of the textures that the view shows.
     depth: wgpu::TextureView,
@@ -49,8 +49,11 @@ impl Converging {
         if self.sized.as_ref().is_some_and(|sized| sized.depth == targets.depth.view) {
             return Ok(());
         }
-        let options =
-            Options { depth: DepthEncoding::Linear, output: targets::VISIBILITY, ..Options::default() };
+        let options = ReferenceOptions {
+            depth: DepthEncoding::Linear,
+            output: targets::VISIBILITY,
+            ..ReferenceOptions::default()
+        };
         let reference = match self.sized.take() {
             Some(Sized { mut reference, .. }) => reference.resize(targets.size).map(|()| reference),
             None => Reference::new(&self.scene, targets.size, options),
@@ -71,7 +74,7 @@ impl Converging {
     pub(super) fn encode(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
-        frame: &Frame,
+        frame: &FrameParams,
         watch: Option<&mut Stopwatch>,
     ) -> Result<()> {
         let Some(Sized { reference, view, visibility, .. }) = &mut self.sized else { return Ok(()) };

@@ -54,7 +54,7 @@ impl FromStr for Show {
 
 /// One frame of a [`Renderer`](super::Renderer).
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Frame {
+pub struct FrameParams {
     /// The camera, of the renderer's size. A near plane at 0 becomes one shortly before the camera.
     pub camera: Camera,
     /// Distance of the far plane (world units); infinite is allowed.
@@ -74,7 +74,7 @@ pub struct Frame {
     pub traced: bool,
 }
 
-impl Frame {
+impl FrameParams {
     /// The default network's visibility in the lit scene.
     pub fn new(camera: Camera, params: AoParams) -> Self {
         Self {

@@ -1,7 +1,7 @@
 //! The G-buffer pass: rasterisation with reversed depth. CPU twin: `aonet_scene::gbuffer`.
 
 use super::device::{Gpu, UNIFORM, bytes};
-use super::frame::Frame;
+use super::frame::FrameParams;
 use super::scene::SceneBuffers;
 use super::stopwatch::{PassClock, Stopwatch};
 use super::targets::{self, Targets};
@@ -48,7 +48,7 @@ impl GbufferPass {
         &self,
         encoder: &mut wgpu::CommandEncoder,
         (scene, targets): (&SceneBuffers, &Targets),
-        frame: &Frame,
+        frame: &FrameParams,
         watch: Option<&mut Stopwatch>,
     ) {
         self.gpu.queue.write_buffer(&self.camera, 0, &camera_bytes(frame, &scene.bounds));
@@ -114,7 +114,7 @@ fn pipeline(gpu: &Gpu, group: &wgpu::BindGroupLayout) -> wgpu::RenderPipeline {
 }
 
 /// The struct `Camera` of the shader.
-fn camera_bytes(frame: &Frame, bounds: &Bounds) -> Vec<u8> {
+fn camera_bytes(frame: &FrameParams, bounds: &Bounds) -> Vec<u8> {
     let camera = &frame.camera;
     let near = match camera.near {
         0.0 => NEAR_IN_RADII * bounds.radius().max(f32::MIN_POSITIVE),
@@ -138,7 +138,7 @@ fn camera_bytes(frame: &Frame, bounds: &Bounds) -> Vec<u8> {
 }
 
 /// A distance along -Z beyond everything (world units): parallel rays have no plane at infinity.
-fn farthest(frame: &Frame, bounds: &Bounds) -> f32 {
+fn farthest(frame: &FrameParams, bounds: &Bounds) -> f32 {
     let corner = |i: usize| {
         let pick = |axis: usize| if i >> axis & 1 == 0 { bounds.min[axis] } else { bounds.max[axis] };
         let world = Vec3::new(pick(0), pick(1), pick(2));

@@ -3,12 +3,12 @@
 //! ```no_run
 //! use aonet::gpu::Device;
 //! use aonet_scene::scene::procedural;
-//! use aonet_view::renderer::{Frame, Renderer, readback};
+//! use aonet_view::renderer::{FrameParams, Renderer, readback};
 //!
 //! let device = Device::wait_for()?;
 //! let (scene, view) = procedural::demo();
 //! let mut renderer = Renderer::on(&device, &scene, (view.width, view.height))?;
-//! let frame = Frame::new(view.camera()?, view.params()?);
+//! let frame = FrameParams::new(view.camera()?, view.params()?);
 //! let mut encoder = device.device.create_command_encoder(&Default::default());
 //! renderer.encode(&mut encoder, &frame)?;
 //! device.queue.submit([encoder.finish()]);
@@ -36,7 +36,7 @@ mod targets;
 mod tests;
 mod textures;
 
-pub use frame::{Frame, Show};
+pub use frame::{FrameParams, Show};
 pub use method::Method;
 pub use orbit::Orbit;
 pub use path::{CameraPath, Key};
@@ -152,7 +152,7 @@ impl Renderer {
     /// # Errors
     /// When the camera is of another size or out of range, a method cannot run on the device, the reference has no tracer, or
     /// memory is short.
-    pub fn encode(&mut self, encoder: &mut wgpu::CommandEncoder, frame: &Frame) -> Result<()> {
+    pub fn encode(&mut self, encoder: &mut wgpu::CommandEncoder, frame: &FrameParams) -> Result<()> {
         self.begin(encoder, frame)?;
         self.finish(encoder);
         Ok(())
@@ -163,7 +163,7 @@ impl Renderer {
     ///
     /// # Errors
     /// As [`Renderer::encode`]; the encoder is of no use then.
-    pub fn begin(&mut self, encoder: &mut wgpu::CommandEncoder, frame: &Frame) -> Result<()> {
+    pub fn begin(&mut self, encoder: &mut wgpu::CommandEncoder, frame: &FrameParams) -> Result<()> {
         self.stopwatch.iter_mut().for_each(Stopwatch::stop);
         let frame = frame.checked(self.size())?;
         self.occlusion.prepare(&self.targets, &frame)?;

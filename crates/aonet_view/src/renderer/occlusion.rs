@@ -2,7 +2,7 @@
 
 use super::converging::Converging;
 use super::device::Gpu;
-use super::frame::Frame;
+use super::frame::FrameParams;
 use super::method::Method;
 use super::stopwatch::Stopwatch;
 use super::targets::{self, Target, Targets};
@@ -59,7 +59,7 @@ impl Occlusion {
     ///
     /// # Errors
     /// When a method cannot run on the device, or memory is short.
-    pub(super) fn prepare(&mut self, targets: &Targets, frame: &Frame) -> Result<()> {
+    pub(super) fn prepare(&mut self, targets: &Targets, frame: &FrameParams) -> Result<()> {
         self.seen = frame.seen();
         for method in &self.seen {
             if *method == Method::Reference {
@@ -81,7 +81,7 @@ impl Occlusion {
     pub(super) fn encode(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
-        frame: &Frame,
+        frame: &FrameParams,
         mut watch: Option<&mut Stopwatch>,
     ) -> Result<()> {
         for running in self.running.iter().filter(|running| self.seen.contains(&running.method)) {
@@ -171,7 +171,7 @@ impl Running {
     fn encode(
         &self,
         encoder: &mut wgpu::CommandEncoder,
-        frame: &Frame,
+        frame: &FrameParams,
         watch: Option<&mut Stopwatch>,
     ) -> Result<()> {
         let of = gpu::Frame { camera: frame.camera, far: frame.far, params: frame.params };

@@ -1,7 +1,7 @@
 //! Lighting, tone mapping, and the slider between two methods: one pass.
 
 use super::device::{Cover, Gpu, TEXTURE, UNIFORM, bytes};
-use super::frame::{Frame, Show};
+use super::frame::{FrameParams, Show};
 use super::method::Method;
 use super::occlusion::Occlusion;
 use super::stopwatch::Stopwatch;
@@ -33,7 +33,7 @@ impl ShadePass {
         &self,
         encoder: &mut wgpu::CommandEncoder,
         (targets, occlusion): (&Targets, &Occlusion),
-        frame: &Frame,
+        frame: &FrameParams,
         watch: Option<&mut Stopwatch>,
     ) {
         self.gpu.queue.write_buffer(&self.shade, 0, &shade_bytes(frame));
@@ -55,7 +55,7 @@ pub(super) fn source() -> String {
 }
 
 /// The struct `Shade` of the shader.
-fn shade_bytes(frame: &Frame) -> Vec<u8> {
+fn shade_bytes(frame: &FrameParams) -> Vec<u8> {
     let camera = &frame.camera;
     let world_from_view = camera.view_from_world.matrix3.transpose();
     let columns = world_from_view.to_cols_array_2d().map(|[x, y, z]| [x, y, z, 0.0]);

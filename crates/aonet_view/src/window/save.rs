@@ -1,7 +1,7 @@
 //! What the window writes, and how its methods compare with the reference.
 
 use super::viewer::{SCORE_SAMPLES, Viewer};
-use crate::renderer::{CameraPath, Frame, Method, Renderer, readback};
+use crate::renderer::{CameraPath, FrameParams, Method, Renderer, readback};
 use crate::{Error, Result};
 use aonet::metrics;
 use aonet_lab::frame;
@@ -30,7 +30,7 @@ pub(super) fn screenshot(renderer: &Renderer) -> Result<String> {
 ///
 /// # Errors
 /// When the device is lost or the folder refuses.
-pub(super) fn export(renderer: &Renderer, viewer: &Viewer, of: &Frame) -> Result<String> {
+pub(super) fn export(renderer: &Renderer, viewer: &Viewer, of: &FrameParams) -> Result<String> {
     let path = free_name("exr")?;
     let drawn = readback::drawn(renderer, &of.camera)?;
     let converged = renderer.samples() >= SCORE_SAMPLES;
@@ -68,7 +68,7 @@ pub(super) fn way(way: &CameraPath) -> Result<String> {
 ///
 /// # Errors
 /// When the device is lost, or the frame is too small for SSIM.
-pub(super) fn scores(renderer: &Renderer, of: &Frame) -> Result<Option<String>> {
+pub(super) fn scores(renderer: &Renderer, of: &FrameParams) -> Result<Option<String>> {
     if renderer.samples() < SCORE_SAMPLES {
         return Ok(None);
     }

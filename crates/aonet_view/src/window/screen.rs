@@ -5,7 +5,7 @@ use super::input::Request;
 use super::surface::Surface;
 use super::viewer::Viewer;
 use super::{save, viewer::SCORE_SAMPLES};
-use crate::renderer::{Frame, PassClock, Present, Renderer};
+use crate::renderer::{FrameParams, PassClock, Present, Renderer};
 use crate::{Error, Result};
 use aonet::gpu::wgpu;
 use egui_wgpu::ScreenDescriptor;
@@ -109,7 +109,7 @@ impl Screen {
     }
 
     /// The frame of this moment, of the renderer's size.
-    fn frame(&mut self, viewer: &Viewer) -> Result<Frame> {
+    fn frame(&mut self, viewer: &Viewer) -> Result<FrameParams> {
         let most = self.surface.device.device.limits().max_texture_dimension_2d;
         self.renderer.resize(viewer.frame_size(self.surface.size(), most))?;
         viewer.frame(self.renderer.size())

@@ -3,7 +3,7 @@
 use super::Start;
 use super::graph::History;
 use super::load::{Loaded, Loading, coloured};
-use crate::renderer::{CameraPath, Frame, Method, Orbit, Show};
+use crate::renderer::{CameraPath, FrameParams, Method, Orbit, Show};
 use crate::{Error, Result};
 use aonet::AoParams;
 use aonet_scene::View;
@@ -87,9 +87,9 @@ impl Viewer {
     ///
     /// # Errors
     /// When hands have set what cannot be.
-    pub(super) fn frame(&self, size: (usize, usize)) -> Result<Frame> {
+    pub(super) fn frame(&self, size: (usize, usize)) -> Result<FrameParams> {
         let camera = self.orbit.camera(self.view.fov_y_deg.to_radians(), size, self.view.near)?;
-        Ok(Frame {
+        Ok(FrameParams {
             camera,
             far: self.view.far,
             params: AoParams::new(self.radius)?,

@@ -8,7 +8,7 @@ use aonet_scene::scene::procedural::{self, Kind};
 use aonet_scene::staging::{SceneSpec, SceneSplit, propose_view};
 use aonet_scene::trace::Tracer;
 use aonet_scene::{Scene, View};
-use aonet_view::{Frame, Renderer};
+use aonet_view::{FrameParams, Renderer};
 
 /// A device, or none, said so.
 pub(crate) fn device() -> Option<Device> {
@@ -39,12 +39,12 @@ pub(crate) fn renderer(device: &Device, scene: &Scene, size: (usize, usize)) -> 
 }
 
 /// A frame of a view.
-pub(crate) fn frame(view: &View) -> Frame {
-    Frame { far: view.far, ..Frame::new(view.camera().unwrap(), view.params().unwrap()) }
+pub(crate) fn frame(view: &View) -> FrameParams {
+    FrameParams { far: view.far, ..FrameParams::new(view.camera().unwrap(), view.params().unwrap()) }
 }
 
 /// Draws a frame.
-pub(crate) fn draw(device: &Device, renderer: &mut Renderer, frame: &Frame) {
+pub(crate) fn draw(device: &Device, renderer: &mut Renderer, frame: &FrameParams) {
     let mut encoder = device.device.create_command_encoder(&Default::default());
     renderer.encode(&mut encoder, frame).unwrap();
     device.queue.submit([encoder.finish()]);

@@ -4,7 +4,7 @@ use super::progress::Progress;
 use super::{COLUMNS, FRAMES, Make};
 use crate::output;
 use anyhow::{Context, Result, bail};
-use aonet_lab::dataset::{self, Event, Manifest, Plan, Preset, Recipe, Shard, Work};
+use aonet_lab::dataset::{self, DatasetParams, DatasetPlan, Event, Manifest, Preset, Shard, Work};
 use aonet_lab::picture;
 use aonet_scene::scene::procedural::Kind;
 use aonet_scene::staging::{RadiusRule, SceneSpec, SceneSplit};
@@ -69,7 +69,7 @@ pub(super) fn run(make: &Make) -> Result<()> {
     output::text(&format!("{}\n", manifest.display()))
 }
 
-fn plan(make: &Make) -> Result<Plan> {
+fn plan(make: &Make) -> Result<DatasetPlan> {
     let preset = match make.preset {
         PresetName::Paper => Preset::Paper,
         PresetName::AnyRadius => Preset::AnyRadius,
@@ -78,7 +78,7 @@ fn plan(make: &Make) -> Result<Plan> {
     if scenes.is_empty() {
         bail!("no scenes: give --scenes-dir, --scene, --environment or --procedural");
     }
-    let mut recipe = Recipe::preset(preset);
+    let mut recipe = DatasetParams::preset(preset);
     recipe.seed = make.seed;
     recipe.width = make.width.unwrap_or(recipe.width);
     recipe.height = make.height.unwrap_or(recipe.height);
@@ -87,7 +87,7 @@ fn plan(make: &Make) -> Result<Plan> {
     recipe.radius = make.scene_radius.map_or(recipe.radius, RadiusRule::SceneFraction);
     recipe.frames = recipe.frames.kept(|split| scenes.iter().any(|s| split.takes(s.split)));
     recipe.frames = make.frames.map_or(recipe.frames, |total| recipe.frames.scaled_to(total));
-    Ok(Plan::new(recipe, scenes)?)
+    Ok(DatasetPlan::new(recipe, scenes)?)
 }
 
 fn scenes(make: &Make, preset: Preset) -> Result<Vec<SceneSpec>> {

@@ -9,7 +9,7 @@ use aonet::gpu::Device;
 use aonet_lab::picture::save_png;
 use aonet_scene::scene::colours;
 use aonet_view::renderer::{Orbit, readback};
-use aonet_view::{Frame, Renderer};
+use aonet_view::{FrameParams, Renderer};
 use std::f32::consts::TAU;
 use std::path::Path;
 
@@ -38,10 +38,10 @@ pub(super) fn run(args: &Args, stage: Stage, out: &Path) -> Result<()> {
 }
 
 /// Draws a frame; the reference in parts that no driver's watchdog minds.
-fn draw(device: &Device, renderer: &mut Renderer, frame: &Frame) -> Result<()> {
+fn draw(device: &Device, renderer: &mut Renderer, frame: &FrameParams) -> Result<()> {
     let mut left = frame.samples;
     loop {
-        let frame = Frame { samples: left.min(RAYS_AT_ONCE), ..*frame };
+        let frame = FrameParams { samples: left.min(RAYS_AT_ONCE), ..*frame };
         left -= frame.samples;
         let mut encoder = device.device.create_command_encoder(&Default::default());
         renderer.encode(&mut encoder, &frame)?;
@@ -52,14 +52,14 @@ fn draw(device: &Device, renderer: &mut Renderer, frame: &Frame) -> Result<()> {
     }
 }
 
-fn frame(args: &Args, stage: &Stage, i: usize) -> Result<Frame> {
-    Ok(Frame {
+fn frame(args: &Args, stage: &Stage, i: usize) -> Result<FrameParams> {
+    Ok(FrameParams {
         far: stage.view.far,
         methods: stage.methods,
         split: stage.split,
         show: stage.show,
         samples: args.spp,
-        ..Frame::new(camera(stage, i, args.frames)?, stage.view.params()?)
+        ..FrameParams::new(camera(stage, i, args.frames)?, stage.view.params()?)
     })
 }
 

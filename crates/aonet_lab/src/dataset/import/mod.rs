@@ -10,7 +10,7 @@ mod triple;
 
 use super::generate::{Event, SAVE_EVERY};
 use super::manifest::{FrameEntry, Manifest, Split};
-use super::plan::{Counts, Job, Plan, Preset, Recipe};
+use super::plan::{Counts, DatasetParams, DatasetPlan, Job, Preset};
 use aonet::AoParams;
 use aonet_scene::error::{Error, Result};
 use aonet_scene::staging::{RadiusRule, SceneSpec, SceneSplit, is_name_char};
@@ -143,16 +143,16 @@ pub fn import(dir: &Path, wanted: &Import, on_event: &dyn Fn(Event)) -> Result<I
 }
 
 /// What the manifest says of a dataset of these files.
-fn plan(wanted: &Import, triples: &[Triple]) -> Result<Plan> {
+fn plan(wanted: &Import, triples: &[Triple]) -> Result<DatasetPlan> {
     let folders: BTreeSet<Option<&str>> = triples.iter().map(|t| folder(&t.name)).collect();
     let scenes = folders.into_iter().map(|f| SceneSpec::imported(scene_name(f), wanted.split)).collect();
-    let mut recipe = Recipe::preset(Preset::Imported(wanted.rule));
+    let mut recipe = DatasetParams::preset(Preset::Imported(wanted.rule));
     (recipe.width, recipe.height) = triple::size(&triples[0].files[0])?;
     recipe.radius = RadiusRule::Given(wanted.radius);
     let of = |split| if wanted.split == split { triples.len() as u32 } else { 0 };
     let [train, val, test] = [of(SceneSplit::Train), of(SceneSplit::Val), of(SceneSplit::Test)];
     recipe.frames = Counts { train, val, val_seen: 0, test };
-    Plan::new(recipe, scenes)
+    DatasetPlan::new(recipe, scenes)
 }
 
 /// The folder that a name begins with.
@@ -168,7 +168,7 @@ fn scene_name(folder: Option<&str>) -> String {
 type Jobs<'a> = BTreeMap<String, (Job, &'a Triple)>;
 
 /// The frames of a scene are in the order of their names.
-fn jobs<'a>(plan: &Plan, triples: &'a [Triple]) -> Jobs<'a> {
+fn jobs<'a>(plan: &DatasetPlan, triples: &'a [Triple]) -> Jobs<'a> {
     let mut next_index = vec![0; plan.scenes.len()];
     let job = |triple: &'a Triple| {
         let name = scene_name(folder(&triple.name));
@@ -182,7 +182,7 @@ fn jobs<'a>(plan: &Plan, triples: &'a [Triple]) -> Jobs<'a> {
 }
 
 /// The manifest of an earlier run of the same import without the frames whose files are gone, or a new one.
-fn resume(dir: &Path, plan: &Plan, jobs: &Jobs) -> Result<Manifest> {
+fn resume(dir: &Path, plan: &DatasetPlan, jobs: &Jobs) -> Result<Manifest> {
     let mut manifest = Manifest::new(dir, plan.clone(), None);
     let path = dir.join(Manifest::file_name(None));
     if !path.exists() {
@@ -213,7 +213,7 @@ fn resume(dir: &Path, plan: &Plan, jobs: &Jobs) -> Result<Manifest> {
 fn bring(
     dir: &Path,
     wanted: &Import,
-    (file, plan, job, triple): (&str, &Plan, Job, &Triple),
+    (file, plan, job, triple): (&str, &DatasetPlan, Job, &Triple),
 ) -> Result<FrameEntry> {
     let (frame, view) = triple::read(&triple.files, wanted)?;
     let path = dir.join(file);

@@ -1,4 +1,4 @@
-//! What the device tells later, as promises of the page.
+//! What the device reports later, as JavaScript promises: errors, and the end of submitted work.
 
 use aonet::gpu::wgpu;
 use futures_channel::{mpsc, oneshot};
@@ -9,15 +9,15 @@ use std::sync::Arc;
 use wasm_bindgen::JsValue;
 use wasm_bindgen_futures::future_to_promise;
 
-/// Sentences about what went wrong on a device.
-pub(crate) struct Trouble(Rc<Mutex<mpsc::UnboundedReceiver<String>>>);
+/// Error messages of a device.
+pub(crate) struct DeviceErrors(Rc<Mutex<mpsc::UnboundedReceiver<String>>>);
 
-impl Trouble {
+impl DeviceErrors {
     /// Listens to a device.
     pub(crate) fn of(device: &wgpu::Device) -> Self {
         let (send, receive) = mpsc::unbounded();
         let lost = send.clone();
-        // Nobody listens any more when the page is gone.
+        // Sending fails when the page is gone: nobody listens any more.
         device.set_device_lost_callback(move |_, why| {
             let _ = lost.unbounded_send(format!("lost: {why}"));
         });
@@ -27,24 +27,24 @@ impl Trouble {
         Self(Rc::new(Mutex::new(receive)))
     }
 
-    /// A promise of the next sentence.
+    /// A promise of the next message.
     pub(crate) fn next(&self) -> js_sys::Promise {
         let receive = Rc::clone(&self.0);
         future_to_promise(async move {
-            let sentence = receive.lock().await.next().await;
-            Ok(sentence.map_or(JsValue::UNDEFINED, JsValue::from))
+            let message = receive.lock().await.next().await;
+            Ok(message.map_or(JsValue::UNDEFINED, JsValue::from))
         })
     }
 }
 
-/// A promise of the end of all that has been submitted.
+/// A promise that resolves when all submitted work has ended.
 pub(crate) fn end_of(queue: &wgpu::Queue) -> js_sys::Promise {
     let (send, receive) = oneshot::channel();
     queue.on_submitted_work_done(move || {
         let _ = send.send(());
     });
     future_to_promise(async move {
-        // A lost device does not call back; it has told so already.
+        // A lost device does not call back; it has reported the loss already.
         let _ = receive.await;
         Ok(JsValue::UNDEFINED)
     })

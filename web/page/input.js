@@ -9,8 +9,11 @@ const STEP = 0.08;
 // Pixels beside the border that belong to it. guess: half a finger, and a mouse that need not aim.
 const NEAR = { touch: 16, mouse: 6 };
 
-/** Calls `move(viewer => ..)` for what hands do on a canvas; `border` has a share of its width `at()`, and `move(share)`. */
-export function hands(canvas, move, border) {
+/**
+ * Calls `move(viewer => ..)` when the mouse, a finger or a key on the canvas moves the viewer. `border.at()` returns the border's
+ * place as a share of the canvas's width; `border.move(share)` sets it.
+ */
+export function follow_input(canvas, move, border) {
     const fingers = new Map();
     // The finger that has the border.
     let holder = null;
