@@ -1,7 +1,7 @@
 //! What a dataset is before a ray is traced: its scenes, its numbers, and the list of its frames.
 
-use super::import::ImportRule;
-use super::manifest::Split;
+use super::imported::ImportRule;
+use super::split::Split;
 use aonet::frame::camera::check_size;
 use aonet_scene::error::{Error, Result};
 use aonet_scene::scene::SceneSource;

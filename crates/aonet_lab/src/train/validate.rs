@@ -2,7 +2,7 @@
 
 use super::config::TrainConfig;
 use crate::dataset::{FrameEntry, Manifest, Split};
-use crate::frame::{Frame, FrameHints};
+use crate::eval::read;
 use aonet::net::cpu::Session;
 use aonet::net::{Model, TrainingFacts, Weights};
 use aonet::{AoImage, AoParams, GBuffer, metrics};
@@ -73,13 +73,4 @@ impl Validation {
         let mean = |k: usize| all.iter().map(|s| s[k]).sum::<f64>() / all.len() as f64;
         Ok(Scores { loss: mean(0), ssim: mean(1), psnr: mean(2) })
     }
-}
-
-fn read(manifest: &Manifest, entry: &FrameEntry) -> Result<(GBuffer, AoParams, AoImage)> {
-    let path = manifest.path(entry);
-    let hints =
-        FrameHints { view: Some(entry.view.clone()), radius: Some(entry.radius), ..FrameHints::default() };
-    let frame = Frame::load(&path, &hints)?;
-    let ao = frame.ao.ok_or_else(|| Error::file(&path, "a channel `ao`", "none"))?;
-    Ok((frame.gbuffer, AoParams::new(entry.radius).map_err(Error::in_file(&path))?, ao))
 }

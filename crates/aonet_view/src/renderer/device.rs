@@ -1,6 +1,6 @@
 //! A device, and what every pass makes on it.
 
-use super::stopwatch::PassClock;
+use super::pass_clock::PassClock;
 use aonet::gpu::{cleared, cover_pipeline, wgpu};
 
 /// A device and its queue.

@@ -2,8 +2,9 @@
 
 use super::device::{Gpu, UNIFORM, bytes};
 use super::frame::FrameParams;
+use super::pass_clock::PassClock;
 use super::scene::SceneBuffers;
-use super::stopwatch::{PassClock, Stopwatch};
+use super::stopwatch::Stopwatch;
 use super::targets::{self, Targets};
 use super::textures;
 use aonet::Projection;

@@ -24,6 +24,7 @@ mod gbuffer;
 mod method;
 mod occlusion;
 mod orbit;
+mod pass_clock;
 mod path;
 mod present;
 #[cfg(not(target_arch = "wasm32"))]
@@ -39,9 +40,10 @@ mod textures;
 pub use frame::{FrameParams, Show};
 pub use method::Method;
 pub use orbit::Orbit;
+pub use pass_clock::PassClock;
 pub use path::{CameraPath, Key};
 pub use present::Present;
-pub use stopwatch::{PassClock, PassTime};
+pub use stopwatch::PassTime;
 
 use crate::Result;
 use aonet::gpu::{Device, Kernels, scoped, wgpu};

@@ -3,7 +3,7 @@
 #[cfg(doc)]
 use super::Renderer;
 use super::device::{Cover, Gpu};
-use super::stopwatch::PassClock;
+use super::pass_clock::PassClock;
 use aonet::gpu::wgpu;
 
 /// Draws pictures on targets of one format.

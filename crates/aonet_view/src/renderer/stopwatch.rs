@@ -1,6 +1,7 @@
 //! How long passes take on the device, where it has a clock that passes can read.
 
 use super::device::Gpu;
+use super::pass_clock::PassClock;
 use aonet::gpu::{Timestamps, wgpu};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU8, Ordering};
@@ -18,39 +19,6 @@ pub struct PassTime {
     pub label: String,
     /// From the begin of its first pass to the end of its last (ms).
     pub ms: f32,
-}
-
-/// Where a pass writes when it begins and ends.
-#[derive(Debug, Clone)]
-pub struct PassClock(wgpu::QuerySet);
-
-impl PassClock {
-    /// For the descriptor of a render pass.
-    pub fn render(&self) -> wgpu::RenderPassTimestampWrites<'_> {
-        wgpu::RenderPassTimestampWrites {
-            query_set: &self.0,
-            beginning_of_pass_write_index: Some(0),
-            end_of_pass_write_index: Some(1),
-        }
-    }
-
-    /// Writes one of the two between passes that others encode: a pass that does nothing else.
-    fn write(&self, encoder: &mut wgpu::CommandEncoder, begin: Option<u32>, end: Option<u32>) {
-        let writes = wgpu::ComputePassTimestampWrites {
-            query_set: &self.0,
-            beginning_of_pass_write_index: begin,
-            end_of_pass_write_index: end,
-        };
-        drop(encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
-            label: Some("stopwatch"),
-            timestamp_writes: Some(writes),
-        }));
-    }
-
-    /// Ends what [`Stopwatch::begin`] has begun.
-    pub(super) fn end(&self, encoder: &mut wgpu::CommandEncoder) {
-        self.write(encoder, None, Some(1));
-    }
 }
 
 /// Times of a frame on their way from the device: one frame at a time, others are not timed.

@@ -9,48 +9,21 @@ mod tests;
 mod triple;
 
 use super::generate::{Event, SAVE_EVERY};
-use super::manifest::{FrameEntry, Manifest, Split};
+use super::imported::{ImportRule, ImportedFrom, NormalCoding};
+use super::manifest::{FrameEntry, Manifest};
 use super::plan::{Counts, DatasetParams, DatasetPlan, Job, Preset};
+use super::split::Split;
 use aonet::AoParams;
 use aonet_scene::error::{Error, Result};
 use aonet_scene::staging::{RadiusRule, SceneSpec, SceneSplit, is_name_char};
 use pairs::{Pairs, Triple, pair};
 use rayon::prelude::*;
-use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 /// The scene of files that lie in no folder of their own.
 const FLAT: &str = "imported";
-
-/// How a file stores a normal.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum NormalCoding {
-    /// As a colour, n/2 + 1/2.
-    Encoded,
-    /// As it is.
-    Plain,
-}
-
-/// How the images of an import are read.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-pub struct ImportRule {
-    /// Vertical field of view of every frame (degrees).
-    pub fov_y_deg: f32,
-    /// How normals are stored.
-    pub normals: NormalCoding,
-}
-
-impl ImportRule {
-    pub(super) fn check(self) -> Result<()> {
-        if self.fov_y_deg > 0.0 && self.fov_y_deg < 180.0 {
-            return Ok(());
-        }
-        Err(Error::request("field of view", "an angle in (0, 180) degrees", self.fov_y_deg))
-    }
-}
 
 /// What is done with a file whose name is not in all three folders.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -83,15 +56,6 @@ pub struct Import {
     pub split: SceneSplit,
     /// Whether files without partners are an error.
     pub unmatched: Unmatched,
-}
-
-/// What an imported frame was read from.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct ImportedFrom {
-    /// The name that its files share.
-    pub name: String,
-    /// Lengths of the files of normals, depth and AO (bytes).
-    pub bytes: [u64; 3],
 }
 
 /// What an import did.
