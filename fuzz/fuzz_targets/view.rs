@@ -6,8 +6,7 @@ use aonet_scene::View;
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
     let Ok(view) = serde_json::from_slice::<View>(bytes) else { return };
     let _ = view.params();
-    if let Ok(camera) = view.camera() {
-        camera.checked().expect("a view's camera is sound");
+    if view.camera().is_ok() {
         let again = serde_json::to_vec(&view).expect("a sound view is JSON");
         assert_eq!(serde_json::from_slice::<View>(&again).expect("and reads back"), view);
     }

@@ -151,7 +151,7 @@ impl Viewer {
 
     /// The AO radius (world units).
     pub fn radius(&self) -> f32 {
-        self.frame.params.radius
+        self.frame.params.radius()
     }
 
     /// A length to compare radii with: the radius of the scene (world units).

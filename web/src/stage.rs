@@ -1,6 +1,6 @@
 //! Where the viewer stands and how far it sees.
 
-use aonet::{Camera, Result};
+use aonet::{Camera, Result, Size};
 use aonet_scene::View;
 use aonet_scene::scene::Bounds;
 use aonet_view::renderer::Orbit;
@@ -50,7 +50,7 @@ impl Stage {
     /// # Errors
     /// When the size is out of range.
     pub(crate) fn camera(&self, size: (usize, usize)) -> Result<Camera> {
-        self.orbit.camera(self.fov_y_deg.to_radians(), size, self.near)
+        self.orbit.camera(self.fov_y_deg.to_radians(), Size::new(size.0, size.1)?, self.near)
     }
 
     /// What the command line calls a view, with frames of `size` (width, height) (px) and an AO radius (world units).

@@ -17,6 +17,9 @@ pub use error::{Error, Result};
 pub use frame::ao_image::{AoImage, AoParams};
 pub use frame::camera::{Camera, Projection};
 pub use frame::gbuffer::GBuffer;
+pub use frame::size::Size;
+pub use frame::window::{Margin, Window};
+pub use glam;
 
 /// The README's program compiles.
 #[cfg(all(doctest, feature = "weights"))]

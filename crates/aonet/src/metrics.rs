@@ -204,7 +204,7 @@ mod tests {
 
     fn image(width: usize, height: usize, value: impl Fn(usize, usize) -> f64) -> AoImage {
         let pixels = (0..width * height).map(|i| value(i % width, i / width) as f32).collect();
-        AoImage::new(width, height, pixels).unwrap()
+        AoImage::new(crate::Size::px(width, height), pixels).unwrap()
     }
 
     /// The images and the mask of `tests/scripts/metrics.py`.
@@ -280,7 +280,8 @@ mod tests {
     }
 
     fn any_image() -> impl Strategy<Value = AoImage> {
-        proptest::collection::vec(0.0f32..=1.0, 13 * 12).prop_map(|v| AoImage::new(13, 12, v).unwrap())
+        proptest::collection::vec(0.0f32..=1.0, 13 * 12)
+            .prop_map(|v| AoImage::new(crate::Size::px(13, 12), v).unwrap())
     }
 
     proptest! {
@@ -296,7 +297,7 @@ mod tests {
         fn more_noise_is_worse(a in any_image(), noise in any_image(), strength in 0.05f32..0.4) {
             let noisy = |k: f32| {
                 let mix = |(p, n): (&f32, &f32)| 0.25 + 0.5 * p + k * (n - 0.5);
-                AoImage::new(13, 12, a.visibility().iter().zip(noise.visibility()).map(mix).collect()).unwrap()
+                AoImage::new(crate::Size::px(13, 12), a.visibility().iter().zip(noise.visibility()).map(mix).collect()).unwrap()
             };
             let score = |k| compare(&noisy(0.0), &noisy(k), None).unwrap().full;
             let (less, more) = (score(0.5 * strength), score(strength));

@@ -3,10 +3,10 @@
 
 mod common;
 
-use aonet::AoImage;
 use aonet::net::cpu::{Options, Precision, Session};
 use aonet::net::model::Ranges;
 use aonet::net::{Features, KernelWeights};
+use aonet::{AoImage, Size};
 use common::{frame, model, params, small};
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -45,7 +45,7 @@ fn main() {
         for (patch, features) in [(1, Features::NormalDepthNormalized), (4, Features::NormalRadiusHorizon)] {
             let model = model(small(features, patch, kernel), 3);
             let gbuffer = frame((50, 30), 4);
-            let mut image = AoImage::open(50, 30).unwrap();
+            let mut image = AoImage::open(Size::px(50, 30));
             let mut ranges = Ranges::new();
             let mut session = Session::new(&model, 50, 30, 1).unwrap();
             session.calibrate(&gbuffer, params(), &mut image, &mut ranges).unwrap();

@@ -6,7 +6,7 @@ use aonet::net::cpu::{Options, Precision, Session};
 use aonet::net::model::Ranges;
 use aonet::net::{Features, KernelWeights, Model, ModelConfig, Skips, naive};
 use aonet::simd::Level;
-use aonet::{AoImage, GBuffer};
+use aonet::{AoImage, GBuffer, Size};
 use common::{assert_close, camera, frame, model, params, small, spread};
 
 /// Largest difference between a session and the oracle. Measured over all tests here: 5e-7, from the order of
@@ -23,7 +23,7 @@ fn run(model: &Model, gbuffer: &GBuffer, (threads, level): (usize, Level)) -> Ao
     let size = (gbuffer.width(), gbuffer.height());
     let mut session =
         Session::with_options(model, size, Options { threads, level, precision: Precision::F32 }).unwrap();
-    let mut image = AoImage::open(size.0, size.1).unwrap();
+    let mut image = AoImage::open(Size::px(size.0, size.1));
     session.run(gbuffer, params(), &mut image).unwrap();
     image
 }
@@ -121,12 +121,12 @@ fn an_observer_sees_every_step_in_order_and_changes_nothing() {
     let model = model(small(Features::NormalProjectedRadius, 4, KernelWeights::Linear), 1);
     let gbuffer = frame((50, 30), 2);
     let mut session = Session::new(&model, 50, 30, 2).unwrap();
-    let mut image = AoImage::open(50, 30).unwrap();
+    let mut image = AoImage::open(Size::px(50, 30));
     let mut seen = Vec::new();
     session.run_observed(&gbuffer, params(), &mut image, &mut |step| seen.push(step)).unwrap();
     assert_eq!(seen, (0..session.plan().steps.len()).collect::<Vec<_>>());
     assert_eq!(image, run(&model, &gbuffer, (2, Level::best())));
-    let mut small = AoImage::open(3, 3).unwrap();
+    let mut small = AoImage::open(Size::px(3, 3));
     assert!(session.run_observed(&gbuffer, params(), &mut small, &mut |_| panic!("a step")).is_err());
 }
 
@@ -142,7 +142,7 @@ fn shipped_networks_say_the_same_in_every_precision() {
         let image = |precision| {
             let options = Options { threads: 2, precision, ..Options::default() };
             let mut session = Session::with_options(&model, (300, 170), options).unwrap();
-            let mut image = AoImage::open(300, 170).unwrap();
+            let mut image = AoImage::open(Size::px(300, 170));
             session.run(&gbuffer, params(), &mut image).unwrap();
             image
         };
@@ -161,7 +161,7 @@ fn shipped_networks_say_the_same_in_every_precision() {
 fn calibration_measures_what_convolutions_read() {
     let model = model(small(Features::Normal, 4, KernelWeights::Linear), 1);
     let (first, second) = (frame((90, 50), 1), frame((90, 50), 2));
-    let mut image = AoImage::open(90, 50).unwrap();
+    let mut image = AoImage::open(Size::px(90, 50));
     let mut measure = |frames: &[&GBuffer], level| {
         let mut ranges = Ranges::new();
         let options = Options { threads: 2, level, precision: Precision::F32 };
@@ -267,7 +267,7 @@ fn a_session_keeps_nothing_of_the_last_frame() {
     let model = model(ModelConfig::paper(), 9);
     let frames = [frame((90, 50), 10), frame((90, 50), 11)];
     let mut session = Session::new(&model, 90, 50, 2).unwrap();
-    let mut image = AoImage::open(90, 50).unwrap();
+    let mut image = AoImage::open(Size::px(90, 50));
     for gbuffer in [&frames[0], &frames[1], &frames[0]] {
         session.run(gbuffer, params(), &mut image).unwrap();
         assert_eq!(image, run(&model, gbuffer, (1, Level::best())));
@@ -298,10 +298,10 @@ fn wrong_sizes_and_no_threads_are_errors() {
     let model = model(small(Features::Normal, 4, KernelWeights::Linear), 14);
     let mut session = Session::new(&model, 20, 10, 1).unwrap();
     let (good, bad) = (frame((20, 10), 1), frame((10, 20), 1));
-    let mut image = AoImage::open(20, 10).unwrap();
+    let mut image = AoImage::open(Size::px(20, 10));
     let error = session.run(&bad, params(), &mut image).unwrap_err().to_string();
     assert!(error.contains("20x10") && error.contains("10x20"), "{error}");
-    let mut wrong = AoImage::open(10, 10).unwrap();
+    let mut wrong = AoImage::open(Size::px(10, 10));
     assert!(session.run(&good, params(), &mut wrong).is_err());
     assert!(Session::new(&model, 20, 10, 0).is_err());
     assert!(Session::new(&model, 0, 10, 1).is_err());
@@ -310,7 +310,7 @@ fn wrong_sizes_and_no_threads_are_errors() {
 #[test]
 #[should_panic(expected = "tolerance")]
 fn a_difference_is_noticed() {
-    let image = AoImage::new(3, 1, vec![0.1, 0.5, 0.9]).unwrap();
+    let image = AoImage::new(Size::px(3, 1), vec![0.1, 0.5, 0.9]).unwrap();
     let mut other = image.clone();
     other.visibility_mut()[2] += 2.0 * TOLERANCE;
     assert_close(&image, &other, (TOLERANCE, "perturbed"));

@@ -7,7 +7,7 @@ mod device;
 use aonet::gpu::{Device, Offscreen, Textures};
 use aonet::search::Classic;
 use aonet::search::gpu::ClassicSession;
-use aonet::{AoImage, GBuffer, Projection};
+use aonet::{AoImage, GBuffer, Projection, Size};
 use common::{frame, max_error, mean_error, params, spread, waves, waves_through};
 use device::{Inputs, OPTIONS, device, inputs, read, target};
 
@@ -153,7 +153,7 @@ fn a_lost_device_is_an_error() {
     let (method, gbuffer) = (with("gtao", &[]), frame((20, 10), 1));
     let mut resized = session(&device, &method, (20, 10));
     let mut offscreen = Offscreen::classic(&device, &method, (20, 10)).unwrap();
-    let mut image = AoImage::open(20, 10).unwrap();
+    let mut image = AoImage::open(Size::px(20, 10));
     offscreen.run(&gbuffer, params(), &mut image).unwrap();
     assert!(mean_error(&image, &method.run(&gbuffer, params()).unwrap()) <= MEAN_TOLERANCE);
     device.device.destroy();

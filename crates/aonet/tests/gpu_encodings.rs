@@ -10,7 +10,7 @@ use aonet::gpu::{
 };
 use aonet::net::gpu::Session;
 use aonet::net::{Features, KernelWeights, Model, naive};
-use aonet::{Camera, GBuffer, Projection};
+use aonet::{Camera, GBuffer, Projection, Size};
 use common::{assert_close, frame, model, params, small};
 use device::{device, filled, read, target, texture};
 use glam::{Vec2, Vec3, Vec3A};
@@ -26,8 +26,8 @@ fn network() -> Model {
 
 /// A camera somewhere, looking somewhere.
 fn camera(projection: Projection) -> Camera {
-    let view = (Vec3::new(3.0, 1.0, -2.0), Vec3::new(0.5, 0.0, 1.0), Vec3::new(0.1, 1.0, 0.2));
-    Camera::look_at(view, projection, SIZE, 0.25).unwrap()
+    let camera = Camera::new(projection, Size::px(SIZE.0, SIZE.1)).unwrap().with_near(0.25).unwrap();
+    camera.looking_at([3.0, 1.0, -2.0], [0.5, 0.0, 1.0], [0.1, 1.0, 0.2]).unwrap()
 }
 
 const PERSPECTIVE: Projection = Projection::Perspective { fov_y: 0.1 };
@@ -131,7 +131,7 @@ fn normals() {
         for space in [NormalSpace::View, NormalSpace::World] {
             let view_from_normals = match space {
                 NormalSpace::View => glam::Mat3A::IDENTITY,
-                NormalSpace::World => camera.view_from_world.matrix3,
+                NormalSpace::World => camera.view_from_world().matrix3,
             };
             let (mut texels, mut decoded) = (Vec::new(), Vec::new());
             for n in gbuffer.normal() {
@@ -169,7 +169,7 @@ fn depths() {
                 if !perspective && far == f32::INFINITY && depth != DepthEncoding::Linear {
                     continue;
                 }
-                let near = f64::from(camera(projection).near);
+                let near = f64::from(camera(projection).near());
                 let curve = |d: f64| if perspective { 1.0 / d } else { d };
                 let stored = |d: f32| {
                     let [near, far, at] = [near, f64::from(far), f64::from(d)].map(curve);

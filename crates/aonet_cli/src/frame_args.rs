@@ -76,7 +76,7 @@ impl FrameArgs {
     ) -> Result<()> {
         let ms = start.elapsed().as_secs_f64() * 1e3;
         save_ao(&self.output, image)?;
-        let (width, height, radius) = (image.width(), image.height(), params.radius);
+        let (width, height, radius) = (image.width(), image.height(), params.radius());
         if self.json {
             return output::json(&json!({
                 "ao": self.output, "width": width, "height": height, "radius": radius, "ms": ms,

@@ -126,7 +126,7 @@ const RADIUS_ON_SCREEN: f32 = 0.12;
 /// A radius (world units) that suits a view.
 pub(crate) fn radius_on_screen(surface: &Surface) -> f32 {
     let camera = surface.gbuffer.camera();
-    RADIUS_ON_SCREEN * camera.height as f32 / camera.projected_px(1.0, middle_depth(surface))
+    RADIUS_ON_SCREEN * camera.height() as f32 / camera.projected_px(1.0, middle_depth(surface))
 }
 
 /// The median depth of what is seen (world units).

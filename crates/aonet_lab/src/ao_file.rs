@@ -4,7 +4,7 @@
 
 use crate::exr_file::{ExrFile, Plane, encode};
 use crate::frame::channels;
-use aonet::AoImage;
+use aonet::{AoImage, Size};
 use aonet_scene::atomic_file;
 use aonet_scene::error::{Error, Result};
 use exr::prelude::FlatSamples;
@@ -63,7 +63,7 @@ fn from_exr(bytes: &[u8]) -> aonet::Result<AoImage> {
     };
     let planes = file.planes(&[(channel, 1.0)])?;
     let values = planes.into_iter().next().unwrap_or_default();
-    AoImage::new(width, height, values)
+    AoImage::new(Size::new(width, height)?, values)
 }
 
 fn from_png(path: &Path, bytes: &[u8]) -> Result<AoImage> {
@@ -79,7 +79,8 @@ fn from_png(path: &Path, bytes: &[u8]) -> Result<AoImage> {
         return Err(Error::file(path, "a whole PNG", "no end of image"));
     }
     let values = grey.as_raw().iter().map(|v| f32::from(*v) / 65535.0).collect();
-    AoImage::new(grey.width() as usize, grey.height() as usize, values).map_err(Error::in_file(path))
+    let size = Size::new(grey.width() as usize, grey.height() as usize);
+    size.and_then(|size| AoImage::new(size, values)).map_err(Error::in_file(path))
 }
 
 fn extension(path: &Path) -> String {
@@ -95,7 +96,7 @@ mod tests {
     use super::*;
 
     fn ramp() -> AoImage {
-        AoImage::new(7, 3, (0..21).map(|i| i as f32 / 20.0).collect()).unwrap()
+        AoImage::new(Size::px(7, 3), (0..21).map(|i| i as f32 / 20.0).collect()).unwrap()
     }
 
     #[test]

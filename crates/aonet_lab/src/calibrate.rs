@@ -29,7 +29,7 @@ pub fn ranges(
     for k in 0..count {
         let (gbuffer, params, _) = read(manifest, train[k * train.len() / count])?;
         let (width, height) = (gbuffer.width(), gbuffer.height());
-        let mut image = AoImage::open(width, height)?;
+        let mut image = AoImage::open(gbuffer.size());
         Session::new(model, width, height, threads)?.calibrate(&gbuffer, params, &mut image, &mut ranges)?;
         progress(k + 1, count);
     }

@@ -64,7 +64,7 @@ pub fn flicker(gbuffers: &[GBuffer], references: &[AoImage], images: &[AoImage])
 
 /// Pixels of `from` and of `to` that see the same point.
 fn pairs(from: &GBuffer, to: &GBuffer) -> impl Iterator<Item = (usize, usize)> {
-    let to_from = to.camera().view_from_world * from.camera().view_from_world.inverse();
+    let to_from = to.camera().view_from_world() * from.camera().view_from_world().inverse();
     (0..from.width() * from.height()).filter_map(move |i| {
         if !from.is_foreground(i) {
             return None;
@@ -79,36 +79,34 @@ fn pairs(from: &GBuffer, to: &GBuffer) -> impl Iterator<Item = (usize, usize)> {
 
 /// The pixel whose centre is nearest to where a point is seen.
 fn pixel(camera: &Camera, position_view: Vec3A) -> Option<usize> {
+    let ([cx, cy], [focal_x, focal_y]) = (camera.centre_px(), camera.focal_px());
     let px = camera.projected_px(1.0, -position_view.z);
-    let x = (0.5 * camera.width as f32 + position_view.x * px).floor();
-    let y = (0.5 * camera.height as f32 - position_view.y * px).floor();
+    let x = (cx + position_view.x * px * (focal_x / focal_y)).floor();
+    let y = (cy - position_view.y * px).floor();
     let inside = position_view.z < 0.0
-        && (0.0..camera.width as f32).contains(&x)
-        && (0.0..camera.height as f32).contains(&y);
-    inside.then(|| y as usize * camera.width + x as usize)
+        && (0.0..camera.width() as f32).contains(&x)
+        && (0.0..camera.height() as f32).contains(&y);
+    inside.then(|| y as usize * camera.width() + x as usize)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use aonet::Projection;
-    use glam::Vec3;
+    use aonet::Size;
 
-    const SIZE: (usize, usize) = (32, 16);
+    const SIZE: Size = Size::px(32, 16);
 
     /// A wall three units away, seen by a camera that went to the right by so many pixels.
     fn wall(step_px: f32) -> GBuffer {
-        let projection = Projection::Perspective { fov_y: 1.0 };
-        let at = |x: f32| {
-            Camera::look_at((Vec3::new(x, 0.0, 0.0), Vec3::new(x, 0.0, -1.0), Vec3::Y), projection, SIZE, 0.0)
-        };
+        let camera = Camera::perspective(1.0, SIZE).unwrap();
+        let at = |x: f32| camera.looking_at([x, 0.0, 0.0], [x, 0.0, -1.0], [0.0, 1.0, 0.0]);
         let px = at(0.0).unwrap().projected_px(1.0, 3.0);
         GBuffer::new(at(step_px / px).unwrap(), vec![3.0; 512], vec![[0.0, 0.0, 1.0]; 512]).unwrap()
     }
 
     /// Stripes that are fixed to the wall, or to the screen.
     fn stripes(shift: usize) -> AoImage {
-        AoImage::new(32, 16, (0..512).map(|i| if (i % 32 + shift) % 4 < 2 { 0.25 } else { 0.75 }).collect())
+        AoImage::new(SIZE, (0..512).map(|i| if (i % 32 + shift) % 4 < 2 { 0.25 } else { 0.75 }).collect())
             .unwrap()
     }
 
@@ -130,7 +128,7 @@ mod tests {
         let gbuffers = [wall(0.0), wall(1.0)];
         let images = [stripes(0), stripes(1)];
         assert!(flicker(&gbuffers, &images, &images[..1]).is_err());
-        assert!(flicker(&gbuffers, &images, &[stripes(0), AoImage::open(3, 3).unwrap()]).is_err());
+        assert!(flicker(&gbuffers, &images, &[stripes(0), AoImage::open(Size::px(3, 3))]).is_err());
         assert!(flicker(&[wall(0.0), wall(1e4)], &images, &images).is_err());
     }
 }

@@ -4,7 +4,6 @@
 use crate::adam::{Adam, cosine_decay};
 use crate::dataset::{FrameEntry, Manifest, Split};
 use crate::eval;
-use aonet::AoParams;
 use aonet::search::NnaoParams;
 use aonet::search::nnao_weights::{INPUTS, NnaoTap, NnaoWeights, taps};
 use aonet_scene::error::{Error, Result};
@@ -80,8 +79,7 @@ fn examples(manifest: &Manifest, count: usize, random: &mut Random) -> Result<Ve
         for _ in 0..PIXELS_A_FRAME.min(pixels.len()) {
             let i = pixels[random.below(pixels.len())];
             let at = (i % gbuffer.width(), i / gbuffer.width());
-            let taps =
-                taps(&gbuffer, (&NnaoParams::default(), AoParams { ..params }), at, random.unit_f64() as f32);
+            let taps = taps(&gbuffer, (&NnaoParams::default(), params), at, random.unit_f64() as f32);
             examples.push(Example { taps, occlusion: 1.0 - reference.visibility()[i] });
         }
     }

@@ -1,6 +1,6 @@
 //! Frame files: what is written is read back, and what others wrote is read right.
 
-use aonet::{AoImage, Camera, GBuffer, Projection};
+use aonet::{AoImage, Camera, GBuffer, Size};
 use aonet_lab::frame::{Frame, FrameHints};
 use aonet_scene::View;
 use glam::Vec3;
@@ -36,7 +36,7 @@ fn frame(width: usize, height: usize) -> Frame {
     Frame {
         gbuffer: GBuffer::new(camera, depth, normal).unwrap(),
         geo_normal: Some(geo_normal),
-        ao: Some(AoImage::new(width, height, ao).unwrap()),
+        ao: Some(AoImage::new(Size::px(width, height), ao).unwrap()),
         radius: Some(0.7),
         view: Some(view(width, height)),
     }
@@ -79,8 +79,9 @@ fn optional_parts_may_be_absent() {
     let original = Frame { geo_normal: None, ao: None, radius: None, view: None, ..frame(9, 5) };
     let loaded = Frame::from_bytes(&original.to_bytes().unwrap(), &FrameHints::default()).unwrap();
     assert_close(&original, &loaded);
-    let placed = (Vec3::new(1.0, 2.0, 3.0), Vec3::ZERO, Vec3::Y);
-    let camera = Camera::look_at(placed, Projection::Orthographic { height: 3.0 }, (2, 1), 0.25).unwrap();
+    let camera = Camera::orthographic(3.0, Size::px(2, 1)).unwrap().with_near(0.25).unwrap();
+    let camera = camera.looking_at([1.0, 2.0, 3.0], [0.0; 3], [0.0, 1.0, 0.0]).unwrap();
+    let camera = camera.with_centre_px([1.5, 0.25]).unwrap();
     let gbuffer = GBuffer::new(camera, vec![1.0; 2], vec![[0.0, 0.0, 1.0]; 2]).unwrap();
     let original = Frame { gbuffer, geo_normal: None, ao: None, radius: Some(2.0), view: None };
     let loaded = Frame::from_bytes(&original.to_bytes().unwrap(), &FrameHints::default()).unwrap();
@@ -103,7 +104,8 @@ fn hints_win_over_the_file() {
     assert_eq!(loaded.radius, Some(0.2));
     assert_eq!(loaded.view.as_ref().map(|v| (v.radius, v.fov_y_deg)), Some((0.2, 30.0)));
     let fov_y = 30f32.to_radians();
-    assert_eq!(loaded.gbuffer.camera().projection, Projection::Perspective { fov_y });
+    let expected = Camera::perspective(fov_y, Size::px(8, 8)).unwrap();
+    assert_eq!(loaded.gbuffer.camera().focal_px(), expected.focal_px());
     let hints = FrameHints { view: Some(view(16, 8)), ..Default::default() };
     let message = Frame::from_bytes(&bytes, &hints).unwrap_err().to_string();
     assert!(message.contains("16x8") && message.contains("8x8"), "{message}");

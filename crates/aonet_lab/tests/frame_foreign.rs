@@ -28,11 +28,11 @@ fn pixels(camera: &Camera) -> (Vec<f32>, Vec<[f32; 3]>) {
         if i.is_multiple_of(BACKGROUND) {
             return (f32::INFINITY, [0.0; 3]);
         }
-        let to_viewer = camera.to_viewer(camera.position_view(i % camera.width, i / camera.width, 1.0));
+        let to_viewer = camera.to_viewer(camera.position_view(i % camera.width(), i / camera.width(), 1.0));
         let bump = 0.4 * Vec3A::new((i as f32 * 0.1).sin(), (i as f32 * 0.23).cos(), 0.0);
         (2.0 + (i as f32 * 0.37).sin(), (to_viewer + bump).normalize().to_array())
     };
-    (0..camera.width * camera.height).map(pixel).unzip()
+    (0..camera.width() * camera.height()).map(pixel).unzip()
 }
 
 fn direct() -> GBuffer {
@@ -66,7 +66,7 @@ fn file(channels: Vec<AnyChannel<FlatSamples>>) -> Vec<u8> {
 
 /// View space to Blender's world: +Z up, where glTF has +Y.
 fn to_blender(camera: &Camera, n: [f32; 3]) -> [f32; 3] {
-    let world_from_view = camera.view_from_world.matrix3.transpose();
+    let world_from_view = camera.view_from_world().matrix3.transpose();
     let [x, y, z] = (world_from_view * Vec3A::from(n)).to_array();
     [x, -z, y]
 }
@@ -189,7 +189,7 @@ fn names_of_engines_are_known() {
 fn world_normals_of_gltf_are_taken_when_said_so() {
     let camera = *direct().camera();
     let (depth, normal) = pixels(&camera);
-    let world_from_view = camera.view_from_world.matrix3.transpose();
+    let world_from_view = camera.view_from_world().matrix3.transpose();
     let world: Vec<_> = normal.iter().map(|n| (world_from_view * Vec3A::from(*n)).to_array()).collect();
     let mut channels = vector(["N.X", "N.Y", "N.Z"], &world);
     channels.push(channel("Z", depth));

@@ -31,7 +31,7 @@ fn write_case(folder: &Path, model: &Model, (name, form, extent): (String, Form,
         Extent::Fixed { width, height } => (width, height),
     };
     let gbuffer = frame(size, 2);
-    let mut expected = AoImage::open(size.0, size.1).unwrap();
+    let mut expected = AoImage::open(gbuffer.size());
     Session::new(model, size.0, size.1, 1).unwrap().run(&gbuffer, params(), &mut expected).unwrap();
     assert!(spread(&expected, &gbuffer) > 0.05, "nothing to see: {name}");
     let input = features(model, extent, (&gbuffer, params())).unwrap();

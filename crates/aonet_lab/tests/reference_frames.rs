@@ -57,8 +57,8 @@ impl Case {
     fn coincides(&self, i: usize, theirs: Vec3A) -> bool {
         let (gbuffer, scene) = (&self.surface.gbuffer, self.tracer.scene());
         let camera = gbuffer.camera();
-        let (x, y) = (i % camera.width, i / camera.width);
-        let direction = camera.view_from_world.matrix3.transpose() * camera.position_view(x, y, 1.0);
+        let (x, y) = (i % camera.width(), i / camera.width());
+        let direction = camera.view_from_world().matrix3.transpose() * camera.position_view(x, y, 1.0);
         let eye = Vec3A::from(self.view.eye);
         scene.triangle.iter().any(|t| {
             let [a, b, c] = t.map(|i| Vec3A::from(scene.position[i as usize]));
@@ -68,7 +68,7 @@ impl Case {
             let inside = u.min(v).min(1.0 - u - v) > -1e-4;
             let [n0, n1, n2] = t.map(|i| Vec3A::from(scene.normal[i as usize]));
             let world = (n0 * (1.0 - u - v) + n1 * u + n2 * v).normalize_or_zero();
-            let normal = camera.view_from_world.matrix3 * world * -e1.cross(e2).dot(direction).signum();
+            let normal = camera.view_from_world().matrix3 * world * -e1.cross(e2).dot(direction).signum();
             inside && (depth - gbuffer.depth()[i]).abs() < 1e-4 * depth && within_2_deg(normal, theirs)
         })
     }

@@ -40,7 +40,7 @@ struct Rays {
 fn rays(surface: &Surface, length: f32) -> Rays {
     let gbuffer = &surface.gbuffer;
     let camera = gbuffer.camera();
-    let world_from_view = camera.view_from_world.inverse();
+    let world_from_view = camera.view_from_world().inverse();
     let mut random = 1u64;
     let mut next = || {
         random = random.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
@@ -48,7 +48,7 @@ fn rays(surface: &Surface, length: f32) -> Rays {
     };
     let (mut origin, mut direction) = (vec![], vec![]);
     for i in (0..gbuffer.depth().len()).filter(|&i| gbuffer.is_foreground(i)) {
-        let at = camera.position_view(i % camera.width, i / camera.width, gbuffer.depth()[i]);
+        let at = camera.position_view(i % camera.width(), i / camera.width(), gbuffer.depth()[i]);
         let geo = world_from_view.transform_vector3a(surface.geo_normal[i].into());
         let start = world_from_view.transform_point3a(at) + geo * 1e-4 * gbuffer.depth()[i];
         let normal = world_from_view.transform_vector3a(gbuffer.normal()[i].into());
@@ -125,7 +125,7 @@ fn measure(scene: Scene, view: &View, lengths: [f32; 2]) {
         let rays = rays(&surface, length);
         let whole = |_: &Rays| {
             let sampling = Sampling { spp: SPP, seed: 1 };
-            let ao = reference_ao(&tracer, &surface, AoParams { radius: length }, sampling, &|_| ());
+            let ao = reference_ao(&tracer, &surface, AoParams::new(length).unwrap(), sampling, &|_| ());
             ao.expect("rays").visibility().iter().map(|v| ((1.0 - v) * SPP as f32).round() as usize).sum()
         };
         let one = |rays: &Rays| {

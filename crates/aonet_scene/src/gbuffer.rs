@@ -2,7 +2,7 @@
 
 use crate::trace::{Hit, Tracer};
 use crate::{Error, Result, Scene, View};
-use aonet::{Camera, GBuffer, Projection};
+use aonet::{Camera, GBuffer};
 use glam::{DVec3, Vec3, Vec3A};
 use rayon::prelude::*;
 
@@ -69,9 +69,9 @@ const BACKGROUND: Pixel = Pixel {
 pub fn render(tracer: &Tracer, view: &View) -> Result<Surface> {
     view.params()?;
     let camera = view.camera()?;
-    let pixels: Vec<Pixel> = (0..camera.height)
+    let pixels: Vec<Pixel> = (0..camera.height())
         .into_par_iter()
-        .flat_map_iter(|y| (0..camera.width).map(move |x| (x, y)))
+        .flat_map_iter(|y| (0..camera.width()).map(move |x| (x, y)))
         .map(|(x, y)| cast(tracer, &camera, view.far, (x, y)))
         .collect();
     let depth = pixels.iter().map(|p| p.depth).collect();
@@ -86,15 +86,15 @@ pub fn render(tracer: &Tracer, view: &View) -> Result<Surface> {
 
 /// The ray starts on the near plane and advances one unit of depth a unit of `t`.
 fn cast(tracer: &Tracer, camera: &Camera, far: f32, (x, y): (usize, usize)) -> Pixel {
-    let origin_view = camera.position_view(x, y, camera.near);
-    let direction_view = match camera.projection {
-        Projection::Perspective { .. } => camera.position_view(x, y, 1.0),
-        Projection::Orthographic { .. } => -Vec3A::Z,
+    let origin_view = camera.position_view(x, y, camera.near());
+    let direction_view = match camera.is_perspective() {
+        true => camera.position_view(x, y, 1.0),
+        false => -Vec3A::Z,
     };
-    let world_from_view = camera.view_from_world.inverse();
+    let world_from_view = camera.view_from_world().inverse();
     let origin_world = world_from_view.transform_point3a(origin_view);
     let direction_world = world_from_view.transform_vector3a(direction_view);
-    let Some(hit) = tracer.closest(origin_world, direction_world, far - camera.near) else {
+    let Some(hit) = tracer.closest(origin_world, direction_world, far - camera.near()) else {
         return BACKGROUND;
     };
     let front_world = geometric_normal(tracer.scene(), hit.triangle).as_vec3a();
@@ -108,9 +108,9 @@ fn cast(tracer: &Tracer, camera: &Camera, far: f32, (x, y): (usize, usize)) -> P
         Some(normal) => towards_viewer * normal,
         None => geo_world,
     };
-    let to_view = |v: Vec3A| camera.view_from_world.transform_vector3a(v).normalize().to_array();
+    let to_view = |v: Vec3A| camera.view_from_world().transform_vector3a(v).normalize().to_array();
     Pixel {
-        depth: camera.near + hit.t,
+        depth: camera.near() + hit.t,
         normal: to_view(normal_world),
         geo_normal: to_view(geo_world),
         backface,

@@ -43,10 +43,10 @@ pub fn reference_ao(
 ) -> Result<AoImage> {
     sampling.check()?;
     surface.check_of(tracer.scene())?;
-    let radius = AoParams::new(params.radius)?.radius;
-    let (width, height) = (surface.gbuffer.width(), surface.gbuffer.height());
+    let radius = params.radius();
+    let width = surface.gbuffer.width();
     let disk = Disk::new(sampling);
-    let mut image = AoImage::open(width, height)?;
+    let mut image = AoImage::open(surface.gbuffer.size());
     image.visibility_mut().par_chunks_mut(width).enumerate().for_each(|(y, row)| {
         let mut rays = 0;
         for (x, visibility) in row.iter_mut().enumerate() {
@@ -76,8 +76,8 @@ impl Point {
             return None;
         }
         let camera = gbuffer.camera();
-        let (x, y) = (i % camera.width, i / camera.width);
-        let world_from_view = camera.view_from_world.inverse();
+        let (x, y) = (i % camera.width(), i / camera.width());
+        let world_from_view = camera.view_from_world().inverse();
         let position = world_from_view.transform_point3a(camera.position_view(x, y, gbuffer.depth()[i]));
         let normal = world_from_view.transform_vector3a(gbuffer.normal()[i].into());
         let geo_normal = world_from_view.transform_vector3a(surface.geo_normal[i].into());

@@ -1,8 +1,7 @@
 //! A view: where the camera of a frame stands and how long the occlusion rays are. Stored as JSON.
 
 use crate::error::{Error, Result};
-use aonet::{AoParams, Camera, Projection};
-use glam::Vec3;
+use aonet::{AoParams, Camera, Projection, Size};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
@@ -95,8 +94,8 @@ impl View {
             Some(height) => Projection::Orthographic { height },
             None => Projection::Perspective { fov_y: self.fov_y_deg.to_radians() },
         };
-        let placed = (Vec3::from(self.eye), Vec3::from(self.target), Vec3::from(self.up));
-        Camera::look_at(placed, projection, (self.width, self.height), self.near)
+        let camera = Camera::new(projection, Size::new(self.width, self.height)?)?;
+        camera.with_near(self.near)?.looking_at(self.eye, self.target, self.up)
     }
 
     /// The AO parameters.

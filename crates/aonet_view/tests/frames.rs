@@ -4,7 +4,7 @@ mod common;
 
 use aonet::gpu::{Device, wgpu};
 use aonet::net::{Model, cpu, shipped};
-use aonet::{AoImage, AoParams};
+use aonet::{AoImage, AoParams, Size};
 use aonet_scene::reference::{Sampling, reference_ao};
 use aonet_scene::scene::procedural::Kind;
 use aonet_view::renderer::{Present, readback};
@@ -34,7 +34,7 @@ fn networks_give_the_cpus_image_of_the_same_buffer() {
     let gbuffer = readback::drawn(&renderer, &frame.camera).unwrap().gbuffer;
     for (method, bytes) in [(Method::Network, shipped::ANY_RADIUS), (Method::Paper, shipped::PAPER)] {
         let model = Model::from_bytes(bytes).unwrap();
-        let mut expected = AoImage::open(130, 70).unwrap();
+        let mut expected = AoImage::open(Size::px(130, 70));
         cpu::Session::new(&model, 130, 70, 2).unwrap().run(&gbuffer, frame.params, &mut expected).unwrap();
         let found = readback::visibility(&renderer, method).unwrap();
         let (mean, largest) = differences(&found, &expected);
@@ -110,16 +110,13 @@ fn sizes_and_frames_that_cannot_be_are_refused_and_harm_nothing() {
     let mut renderer = renderer(&device, tracer.scene(), (16, 9));
     assert!(renderer.resize((0, 0)).unwrap_err().to_string().contains("0x0"));
     let good = frame(&view);
-    let mut camera = good.camera;
-    camera.width = 17;
-    let bad_params = AoParams { radius: -1.0 };
+    let camera = good.camera.tile(0, 0, Size::px(17, 9)).unwrap();
     for (bad, named) in [
         (FrameParams { camera, ..good }, "17x9"),
         (FrameParams { split: f32::NAN, ..good }, "slider"),
         (FrameParams { split: 1.5, ..good }, "slider"),
         (FrameParams { far: 0.01, ..good }, "far"),
         (FrameParams { far: f32::NAN, ..good }, "far"),
-        (FrameParams { params: bad_params, ..good }, "radius"),
     ] {
         let mut encoder = device.device.create_command_encoder(&Default::default());
         let message = renderer.encode(&mut encoder, &bad).unwrap_err().to_string();

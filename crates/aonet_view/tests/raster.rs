@@ -91,7 +91,7 @@ fn both_sides_of_a_triangle_and_nothing_else() {
         let view = View { eye: [0.0, 0.0, z], ..view_of_origin() };
         let Drawn { gbuffer, geo_normal } = drawn(&device, &scene, &view);
         let middle = 16 * 32 + 16;
-        let world = |n: [f32; 3]| gbuffer.camera().view_from_world.matrix3.transpose() * Vec3A::from(n);
+        let world = |n: [f32; 3]| gbuffer.camera().view_from_world().matrix3.transpose() * Vec3A::from(n);
         assert!((gbuffer.depth()[middle] - 3.0).abs() < 1e-5);
         assert!((world(gbuffer.normal()[middle]) - front * Vec3A::new(0.0, 0.6, 0.8)).length() < 1e-3);
         assert!((world(geo_normal[middle]) - front * Vec3A::Z).length() < 1e-3);

@@ -1,13 +1,12 @@
 //! Ambient occlusion as an image, and its one parameter.
 
 use crate::error::{Error, Result};
-use crate::frame::camera::check_size;
+use crate::frame::size::Size;
 
-/// What ambient occlusion means in a frame.
+/// What ambient occlusion means in a frame. Checked when it is made.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AoParams {
-    /// Length of the occlusion rays [world units], finite and > 0.
-    pub radius: f32,
+    radius: f32,
 }
 
 impl AoParams {
@@ -21,53 +20,57 @@ impl AoParams {
         }
         Err(Error::value("radius", "a finite length > 0 [world units]", radius))
     }
+
+    /// Length of the occlusion rays [world units], finite and > 0.
+    pub fn radius(self) -> f32 {
+        self.radius
+    }
 }
 
 /// HxW visibility in [0, 1], row 0 at the top: 1 open, 0 closed; background 1.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AoImage {
-    width: usize,
-    height: usize,
+    size: Size,
     visibility: Vec<f32>,
 }
 
 impl AoImage {
     /// An image of fully open pixels.
-    ///
-    /// # Errors
-    /// When a side is 0 or too large.
-    pub fn open(width: usize, height: usize) -> Result<Self> {
-        check_size("AO image", width, height)?;
-        Ok(Self { width, height, visibility: vec![1.0; width * height] })
+    pub fn open(size: Size) -> Self {
+        Self { size, visibility: vec![1.0; size.pixels()] }
     }
 
-    /// An image from `width * height` values, row by row. Values are clamped to [0, 1].
+    /// An image from one value for each pixel, row by row. Values are clamped to [0, 1].
     ///
     /// # Errors
-    /// When the size is wrong or a value is NaN.
-    pub fn new(width: usize, height: usize, mut visibility: Vec<f32>) -> Result<Self> {
-        check_size("AO image", width, height)?;
-        if visibility.len() != width * height {
-            return Err(Error::size("AO image", width * height, visibility.len()));
+    /// When the number of values is wrong or a value is NaN.
+    pub fn new(size: Size, mut visibility: Vec<f32>) -> Result<Self> {
+        if visibility.len() != size.pixels() {
+            return Err(Error::size("AO image", size.pixels(), visibility.len()));
         }
         for (i, v) in visibility.iter_mut().enumerate() {
             if v.is_nan() {
-                let at = format!("visibility at ({}, {})", i % width, i / width);
+                let at = format!("visibility at ({}, {})", i % size.width(), i / size.width());
                 return Err(Error::value(at, "a number in [0, 1]", "NaN"));
             }
             *v = v.clamp(0.0, 1.0);
         }
-        Ok(Self { width, height, visibility })
+        Ok(Self { size, visibility })
+    }
+
+    /// Size [px].
+    pub fn size(&self) -> Size {
+        self.size
     }
 
     /// Width [px].
     pub fn width(&self) -> usize {
-        self.width
+        self.size.width()
     }
 
     /// Height [px].
     pub fn height(&self) -> usize {
-        self.height
+        self.size.height()
     }
 
     /// HxW values in [0, 1], row by row from the top.
@@ -95,9 +98,10 @@ mod tests {
 
     #[test]
     fn nan_and_wrong_sizes_are_refused() {
-        assert!(AoImage::new(2, 1, vec![0.5, f32::NAN]).unwrap_err().to_string().contains("(1, 0)"));
-        assert!(AoImage::new(2, 2, vec![0.5; 3]).is_err());
-        assert!(AoImage::open(0, 4).is_err());
-        assert_eq!(AoImage::new(1, 2, vec![-1.0, 2.0]).unwrap().visibility(), [0.0, 1.0]);
+        assert!(
+            AoImage::new(Size::px(2, 1), vec![0.5, f32::NAN]).unwrap_err().to_string().contains("(1, 0)")
+        );
+        assert!(AoImage::new(Size::px(2, 2), vec![0.5; 3]).is_err());
+        assert_eq!(AoImage::new(Size::px(1, 2), vec![-1.0, 2.0]).unwrap().visibility(), [0.0, 1.0]);
     }
 }

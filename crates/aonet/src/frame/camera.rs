@@ -1,9 +1,16 @@
-//! Pinhole and orthographic cameras. Right-handed, +Y up, looking along -Z, as glTF and Bevy have it.
+//! Pinhole and orthographic cameras.
+//!
+//! View space is right-handed: +X right, +Y up, and the camera looks along -Z, as in glTF and Bevy. A camera is
+//! described by how many pixels a unit of length takes up ([`Camera::focal_px`]) and by the pixel that its axis meets
+//! ([`Camera::centre_px`]). So a camera may be off-centre: an eye of a headset, a jittered frame, a tile of a large
+//! picture.
 
 use crate::error::{Error, Result};
-use glam::{Affine3A, Mat3A, Vec3, Vec3A};
+use crate::frame::size::Size;
+use crate::frame::window::Margin;
+use glam::{Affine3A, Mat3A, Mat4, Vec3, Vec3A};
 
-/// How view space maps to the image.
+/// How much of the world a centred camera sees.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Projection {
     /// Pinhole.
@@ -18,36 +25,153 @@ pub enum Projection {
     },
 }
 
-/// A camera: where it stands, how it projects, how many pixels it has.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Camera {
-    /// Rigid transform from world to view space.
-    pub view_from_world: Affine3A,
-    /// Perspective or orthographic.
-    pub projection: Projection,
-    /// Image width [px].
-    pub width: usize,
-    /// Image height [px].
-    pub height: usize,
-    /// Distance of the near plane along -Z [world units], >= 0; nothing nearer is seen.
-    pub near: f32,
+/// Which depths a clip-space matrix maps to the near and the far plane. Either plane may be the nearer one
+/// (reversed depth is recognised), and the far one may be at infinity.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum ClipDepth {
+    /// Depths in [0, 1]: Direct3D, Metal, Vulkan, WebGPU.
+    ZeroToOne,
+    /// Depths in [-1, 1]: OpenGL, WebGL.
+    MinusOneToOne,
 }
 
-/// Largest accepted width or height [px]: keeps every pixel count within `u32`.
-pub const MAX_SIDE: usize = 32_768;
+/// A camera: how it projects, where it stands, how many pixels it has. Checked when it is made.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Camera {
+    size: Size,
+    is_perspective: bool,
+    focal_px: [f32; 2],
+    centre_px: [f32; 2],
+    near: f32,
+    view_from_world: Affine3A,
+}
 
 impl Camera {
-    /// A camera at `eye` that looks at `target`; all in world space.
+    /// A camera with square pixels and its axis in the middle of the picture. It stands in the origin of the world
+    /// and looks along -Z; its near plane is at 0.
     ///
     /// # Errors
-    /// When a value is not finite, `eye` equals `target`, `up` is parallel to the view, or the
-    /// size or field of view is out of range.
-    pub fn look_at(
-        (eye, target, up): (Vec3, Vec3, Vec3),
-        projection: Projection,
-        (width, height): (usize, usize),
-        near: f32,
+    /// When the field of view or the height is out of range.
+    pub fn new(projection: Projection, size: Size) -> Result<Self> {
+        let height_px = size.height() as f32;
+        let (is_perspective, focal) = match projection {
+            Projection::Perspective { fov_y } if !(fov_y > 0.0 && fov_y < std::f32::consts::PI) => {
+                return Err(Error::value("camera fov_y [rad]", "an angle in (0, pi)", fov_y));
+            }
+            Projection::Orthographic { height } if !(height > 0.0 && height.is_finite()) => {
+                return Err(Error::value("camera orthographic height", "a finite length > 0", height));
+            }
+            Projection::Perspective { fov_y } => (true, 0.5 * height_px / (0.5 * fov_y).tan()),
+            Projection::Orthographic { height } => (false, height_px / height),
+        };
+        let centre_px = [0.5 * size.width() as f32, 0.5 * height_px];
+        let view_from_world = Affine3A::IDENTITY;
+        let focal_px = [focal; 2];
+        Self { size, is_perspective, focal_px, centre_px, near: 0.0, view_from_world }.checked()
+    }
+
+    /// A pinhole camera with a vertical field of view [rad], otherwise as [`Camera::new`].
+    ///
+    /// # Errors
+    /// When the field of view is not in (0, pi).
+    pub fn perspective(fov_y: f32, size: Size) -> Result<Self> {
+        Self::new(Projection::Perspective { fov_y }, size)
+    }
+
+    /// An orthographic camera whose image plane has the given height [world units], otherwise as [`Camera::new`].
+    ///
+    /// # Errors
+    /// When the height is not finite or not above zero.
+    pub fn orthographic(height: f32, size: Size) -> Result<Self> {
+        Self::new(Projection::Orthographic { height }, size)
+    }
+
+    /// The camera of a projection matrix.
+    ///
+    /// `clip_from_view` is column-major and multiplies column vectors: `clip_from_view[c][r]` is column `c`, row `r`.
+    /// View space is right-handed and looks along -Z; for a view space that looks along +Z (Direct3D, Unreal), negate
+    /// the third column first. X and Y of clip space lie in [-1, 1], x to the right, y up; a matrix for clip space
+    /// with y down (Vulkan) has a negative `[1][1]` and is recognised by it. Off-centre projections are accepted.
+    ///
+    /// # Errors
+    /// When the matrix is not a perspective or orthographic projection, or its near plane is behind the camera.
+    pub fn from_clip_from_view(clip_from_view: [[f32; 4]; 4], depth: ClipDepth, size: Size) -> Result<Self> {
+        let m = clip_from_view;
+        let wrong = |expected: &str| Err(Error::value("camera clip_from_view", expected, format!("{m:?}")));
+        let zero = |entries: &[(usize, usize)]| entries.iter().all(|&(c, r)| m[c][r] == 0.0);
+        let is_perspective = match [m[2][3], m[3][3]] {
+            [-1.0, 0.0] => true,
+            [0.0, 1.0] => false,
+            [1.0, 0.0] => return wrong("a view space that looks along -Z: negate the third column"),
+            _ => return wrong("a last row of (0, 0, -1, 0) or (0, 0, 0, 1)"),
+        };
+        let shears: &[(usize, usize)] = if is_perspective { &[(3, 0), (3, 1)] } else { &[(2, 0), (2, 1)] };
+        if !zero(&[(0, 1), (0, 2), (0, 3), (1, 0), (1, 2), (1, 3)]) || !zero(shears) {
+            return wrong("a projection without rotation, shear or translation of the eye");
+        }
+        let up = if m[1][1] < 0.0 { -1.0 } else { 1.0 };
+        let half = [0.5 * size.width() as f32, 0.5 * size.height() as f32];
+        let axis = if is_perspective { [-m[2][0], -m[2][1]] } else { [m[3][0], m[3][1]] };
+        let camera = Self {
+            size,
+            is_perspective,
+            focal_px: [half[0] * m[0][0], half[1] * m[1][1] * up],
+            centre_px: [half[0] * (1.0 + axis[0]), half[1] * (1.0 - axis[1] * up)],
+            near: 0.0,
+            view_from_world: Affine3A::IDENTITY,
+        };
+        camera.with_near(near_of(m, is_perspective, depth))
+    }
+
+    /// The same camera with its near plane at a distance along -Z [world units]; nothing nearer is seen.
+    ///
+    /// # Errors
+    /// When the distance is not finite or below 0.
+    pub fn with_near(self, near: f32) -> Result<Self> {
+        Self { near, ..self }.checked()
+    }
+
+    /// The same camera with other numbers of pixels for a unit of length, along x and y: at distance 1 with
+    /// perspective, anywhere without.
+    ///
+    /// # Errors
+    /// When a number is not finite or not above zero.
+    pub fn with_focal_px(self, focal_px: [f32; 2]) -> Result<Self> {
+        Self { focal_px, ..self }.checked()
+    }
+
+    /// The same camera with its axis through another place of the picture [px from its upper left corner]; the
+    /// place may lie outside.
+    ///
+    /// # Errors
+    /// When a number is not finite.
+    pub fn with_centre_px(self, centre_px: [f32; 2]) -> Result<Self> {
+        Self { centre_px, ..self }.checked()
+    }
+
+    /// The same camera with a rigid transform from world to view space: column-major, for column vectors.
+    ///
+    /// # Errors
+    /// When the transform is not rigid: a rotation and a translation, without mirroring.
+    pub fn with_view_from_world(self, view_from_world: [[f32; 4]; 4]) -> Result<Self> {
+        let m = Mat4::from_cols_array_2d(&view_from_world);
+        if m.row(3).to_array() != [0.0, 0.0, 0.0, 1.0] {
+            return Err(Error::value("camera view_from_world", "a last row of (0, 0, 0, 1)", m));
+        }
+        Self { view_from_world: Affine3A::from_mat4(m), ..self }.checked()
+    }
+
+    /// The same camera at `eye`, with `target` on its axis; all in world space.
+    ///
+    /// # Errors
+    /// When a value is not finite, `eye` equals `target`, or `up` is parallel to the view.
+    pub fn looking_at(
+        self,
+        eye: impl Into<[f32; 3]>,
+        target: impl Into<[f32; 3]>,
+        up: impl Into<[f32; 3]>,
     ) -> Result<Self> {
+        let [eye, target, up] = [eye.into(), target.into(), up.into()].map(Vec3::from_array);
         let forward = (target - eye).normalize_or_zero();
         let right = forward.cross(up).normalize_or_zero();
         if !(eye.is_finite() && forward.is_finite() && right.is_finite()) || right == Vec3::ZERO {
@@ -61,15 +185,29 @@ impl Camera {
         let world_from_view = Mat3A::from_cols(right.into(), true_up.into(), (-forward).into());
         let rotation = world_from_view.transpose();
         let view_from_world = Affine3A { matrix3: rotation, translation: -(rotation * Vec3A::from(eye)) };
-        Self { view_from_world, projection, width, height, near }.checked()
+        Self { view_from_world, ..self }.checked()
     }
 
-    /// The same camera after a check of all its fields.
+    /// The camera of a part of the picture: of `size`, with its upper left corner at column `left` and row `top` of
+    /// this picture [px]. The part may reach beyond the picture.
     ///
     /// # Errors
-    /// When the transform is not rigid, or the size, near distance or projection is out of range.
-    pub fn checked(self) -> Result<Self> {
-        check_size("camera", self.width, self.height)?;
+    /// When a centre would not be a number.
+    pub fn tile(self, left: isize, top: isize, size: Size) -> Result<Self> {
+        let [x, y] = self.centre_px;
+        Self { size, centre_px: [x - left as f32, y - top as f32], ..self }.checked()
+    }
+
+    /// The camera of the picture and a guard band around it.
+    ///
+    /// # Errors
+    /// When the buffer would be larger than [`MAX_SIDE`](crate::frame::size::MAX_SIDE).
+    pub fn with_margin(self, margin: Margin) -> Result<Self> {
+        let window = crate::frame::window::Window::new(self.size, margin)?;
+        self.tile(-(margin.x as isize), -(margin.y as isize), window.buffer_size())
+    }
+
+    fn checked(self) -> Result<Self> {
         let m = self.view_from_world.matrix3;
         let gram = m * m.transpose();
         let rigid = (gram - Mat3A::IDENTITY).to_cols_array().iter().all(|d| d.abs() < 1e-3);
@@ -79,96 +217,107 @@ impl Camera {
         if !(self.near.is_finite() && self.near >= 0.0) {
             return Err(Error::value("camera near", "a finite distance >= 0", self.near));
         }
-        match self.projection {
-            Projection::Perspective { fov_y } if !(fov_y > 0.0 && fov_y < std::f32::consts::PI) => {
-                Err(Error::value("camera fov_y [rad]", "an angle in (0, pi)", fov_y))
-            }
-            Projection::Orthographic { height } if !(height > 0.0 && height.is_finite()) => {
-                Err(Error::value("camera orthographic height", "a finite length > 0", height))
-            }
-            Projection::Perspective { .. } | Projection::Orthographic { .. } => Ok(self),
+        if !self.focal_px.iter().all(|f| f.is_finite() && *f > 0.0) {
+            let found = format!("{:?}", self.focal_px);
+            return Err(Error::value("camera focal_px", "finite numbers > 0", found));
+        }
+        if !self.centre_px.iter().all(|c| c.is_finite()) {
+            return Err(Error::value("camera centre_px", "finite numbers", format!("{:?}", self.centre_px)));
+        }
+        Ok(self)
+    }
+
+    /// Size of the picture [px].
+    pub fn size(&self) -> Size {
+        self.size
+    }
+
+    /// Width of the picture [px].
+    pub fn width(&self) -> usize {
+        self.size.width()
+    }
+
+    /// Height of the picture [px].
+    pub fn height(&self) -> usize {
+        self.size.height()
+    }
+
+    /// Whether rays meet in a point; else they are parallel.
+    pub fn is_perspective(&self) -> bool {
+        self.is_perspective
+    }
+
+    /// What a centred camera of the same height and vertical scale sees.
+    pub fn projection(&self) -> Projection {
+        let height_px = self.height() as f32;
+        match self.is_perspective {
+            true => Projection::Perspective { fov_y: 2.0 * (0.5 * height_px / self.focal_px[1]).atan() },
+            false => Projection::Orthographic { height: height_px / self.focal_px[1] },
         }
     }
 
-    /// Pixels per view-space unit at distance 1 (perspective) or everywhere (orthographic).
-    pub fn focal_px(&self) -> f32 {
-        match self.projection {
-            Projection::Perspective { fov_y } => 0.5 * self.height as f32 / (0.5 * fov_y).tan(),
-            Projection::Orthographic { height } => self.height as f32 / height,
-        }
+    /// Pixels for a unit of length along x and y: at distance 1 with perspective, anywhere without.
+    pub fn focal_px(&self) -> [f32; 2] {
+        self.focal_px
     }
 
-    /// Length in pixels of a `length` [world units] seen at `depth` [world units along -Z].
+    /// The place that the camera's axis meets [px from the picture's upper left corner]: x to the right, y down.
+    pub fn centre_px(&self) -> [f32; 2] {
+        self.centre_px
+    }
+
+    /// Distance of the near plane along -Z [world units], >= 0.
+    pub fn near(&self) -> f32 {
+        self.near
+    }
+
+    /// Rigid transform from world to view space.
+    pub fn view_from_world(&self) -> Affine3A {
+        self.view_from_world
+    }
+
+    /// Length in pixels, along y, of a `length` [world units] seen at `depth` [world units along -Z].
     pub fn projected_px(&self, length: f32, depth: f32) -> f32 {
-        match self.projection {
-            Projection::Perspective { .. } => length * self.focal_px() / depth,
-            Projection::Orthographic { .. } => length * self.focal_px(),
+        match self.is_perspective {
+            true => length * self.focal_px[1] / depth,
+            false => length * self.focal_px[1],
         }
     }
 
     /// View-space position of the centre of pixel (`x`, `y`) at `depth` along -Z. Row 0 is the top.
     pub fn position_view(&self, x: usize, y: usize, depth: f32) -> Vec3A {
-        let px = (x as f32 + 0.5 - 0.5 * self.width as f32) / self.focal_px();
-        let py = (0.5 * self.height as f32 - (y as f32 + 0.5)) / self.focal_px();
-        match self.projection {
-            Projection::Perspective { .. } => Vec3A::new(px * depth, py * depth, -depth),
-            Projection::Orthographic { .. } => Vec3A::new(px, py, -depth),
+        let px = (x as f32 + 0.5 - self.centre_px[0]) / self.focal_px[0];
+        let py = (self.centre_px[1] - (y as f32 + 0.5)) / self.focal_px[1];
+        match self.is_perspective {
+            true => Vec3A::new(px * depth, py * depth, -depth),
+            false => Vec3A::new(px, py, -depth),
         }
     }
 
     /// View-space direction from the surface at `position_view` towards the viewer, unit length.
     pub fn to_viewer(&self, position_view: Vec3A) -> Vec3A {
-        match self.projection {
-            Projection::Perspective { .. } => (-position_view).normalize_or_zero(),
-            Projection::Orthographic { .. } => Vec3A::Z,
+        match self.is_perspective {
+            true => (-position_view).normalize_or_zero(),
+            false => Vec3A::Z,
         }
     }
 }
 
-/// Accepts sizes in `1..=`[`MAX_SIDE`].
-///
-/// # Errors
-/// When a side is 0 or larger than that.
-pub fn check_size(what: &str, width: usize, height: usize) -> Result<()> {
-    let ok = 1..=MAX_SIDE;
-    if ok.contains(&width) && ok.contains(&height) {
-        return Ok(());
-    }
-    Err(Error::size(what, format!("width and height in 1..={MAX_SIDE}"), format!("{width}x{height}")))
+/// Distance of the nearer plane that a projection matrix maps to an end of its depth range.
+fn near_of(m: [[f32; 4]; 4], is_perspective: bool, depth: ClipDepth) -> f32 {
+    let ends = match depth {
+        ClipDepth::ZeroToOne => [0.0, 1.0],
+        ClipDepth::MinusOneToOne => [-1.0, 1.0],
+    };
+    let (slope, offset) = (f64::from(m[2][2]), f64::from(m[3][2]));
+    // Where (offset - slope * distance) / w is the end.
+    let plane = |end: f64| match is_perspective {
+        true => Some(offset / (slope + end)).filter(|d| *d > 0.0 && d.is_finite()).unwrap_or(f64::INFINITY),
+        false => (offset - end) / slope,
+    };
+    let [a, b] = ends.map(plane);
+    a.min(b) as f32
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn camera(projection: Projection) -> Camera {
-        Camera::look_at((Vec3::new(1.0, 2.0, 3.0), Vec3::ZERO, Vec3::Y), projection, (640, 360), 0.1).unwrap()
-    }
-
-    #[test]
-    fn target_is_on_the_axis_at_its_distance() {
-        let c = camera(Projection::Perspective { fov_y: 1.0 });
-        let p = c.view_from_world.transform_point3(Vec3::ZERO);
-        assert!(p.truncate().length() < 1e-5 && (p.z + 14f32.sqrt()).abs() < 1e-5, "{p}");
-    }
-
-    #[test]
-    fn corner_pixels_span_the_field_of_view() {
-        let c = camera(Projection::Perspective { fov_y: 1.0 });
-        let top = c.position_view(320, 0, 1.0);
-        assert!((top.y - (0.5f32).tan() * (1.0 - 1.0 / 360.0)).abs() < 1e-5);
-        let o = camera(Projection::Orthographic { height: 2.0 });
-        assert!((o.position_view(320, 359, 5.0).y + 1.0 - 1.0 / 360.0).abs() < 1e-5);
-    }
-
-    #[test]
-    fn bad_cameras_are_refused() {
-        let fov = Projection::Perspective { fov_y: 1.0 };
-        assert!(Camera::look_at((Vec3::ZERO, Vec3::ZERO, Vec3::Y), fov, (8, 8), 0.1).is_err());
-        assert!(Camera::look_at((Vec3::ZERO, Vec3::Y, Vec3::Y), fov, (8, 8), 0.1).is_err());
-        assert!(Camera::look_at((Vec3::ZERO, Vec3::X, Vec3::Y), fov, (0, 8), 0.1).is_err());
-        assert!(Camera::look_at((Vec3::ZERO, Vec3::NAN, Vec3::Y), fov, (8, 8), 0.1).is_err());
-        let flat = Projection::Perspective { fov_y: 0.0 };
-        assert!(Camera::look_at((Vec3::ZERO, Vec3::X, Vec3::Y), flat, (8, 8), 0.1).is_err());
-    }
-}
+mod tests;

@@ -1,7 +1,8 @@
 //! What screen space knows: depth and normal of every pixel, and the camera that saw them.
 
 use crate::error::{Error, Result};
-use crate::frame::camera::{Camera, check_size};
+use crate::frame::camera::Camera;
+use crate::frame::size::Size;
 
 /// How far a normal's length may be from 1. guess: loose enough for half floats and 8-bit textures.
 const UNIT_TOLERANCE: f32 = 0.05;
@@ -30,10 +31,9 @@ impl GBuffer {
     /// When a length is wrong, a depth is NaN or not above zero, a normal is not finite or not of
     /// unit length, or most of the normals cannot be in view space.
     pub fn new(camera: Camera, mut depth: Vec<f32>, mut normal: Vec<[f32; 3]>) -> Result<Self> {
-        let (width, height) = (camera.width, camera.height);
-        check_size("G-buffer", width, height)?;
-        if depth.len() != width * height || normal.len() != width * height {
-            let expected = format!("{} values of depth and normal", width * height);
+        let (width, pixels) = (camera.width(), camera.size().pixels());
+        if depth.len() != pixels || normal.len() != pixels {
+            let expected = format!("{pixels} values of depth and normal");
             let found = format!("{} and {}", depth.len(), normal.len());
             return Err(Error::size("G-buffer", expected, found));
         }
@@ -69,14 +69,19 @@ impl GBuffer {
         &self.camera
     }
 
+    /// Size [px].
+    pub fn size(&self) -> Size {
+        self.camera.size()
+    }
+
     /// Width [px].
     pub fn width(&self) -> usize {
-        self.camera.width
+        self.camera.width()
     }
 
     /// Height [px].
     pub fn height(&self) -> usize {
-        self.camera.height
+        self.camera.height()
     }
 
     /// HxW distances along -Z [world units], row by row from the top; infinite on the background.
@@ -98,12 +103,8 @@ impl GBuffer {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::frame::camera::Projection;
-    use glam::Vec3;
-
     fn camera() -> Camera {
-        let projection = Projection::Perspective { fov_y: 1.0 };
-        Camera::look_at((Vec3::ZERO, -Vec3::Z, Vec3::Y), projection, (2, 1), 0.1).unwrap()
+        Camera::perspective(1.0, Size::px(2, 1)).unwrap()
     }
 
     #[test]

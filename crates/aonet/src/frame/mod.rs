@@ -3,3 +3,5 @@
 pub mod ao_image;
 pub mod camera;
 pub mod gbuffer;
+pub mod size;
+pub mod window;

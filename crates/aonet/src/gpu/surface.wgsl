@@ -7,12 +7,16 @@ struct Frame {
     size: vec2<u32>,
     /// What makes a distance of a stored depth: see decode_depth.
     depth_line: vec2<f32>,
-    /// World units a pixel: the first times the depth plus the second. One of them is 0.
+    /// Height of a pixel [world units]: the first times the depth plus the second. One of them is 0.
     pixel_size: vec2<f32>,
     /// AO radius [world units].
     radius: f32,
     /// log2 of the radius at depth 1 [px].
     log2_radius_px: f32,
+    /// The place that the camera's axis meets [px from the upper left corner].
+    centre: vec2<f32>,
+    /// Width of a pixel over its height.
+    aspect: f32,
 }
 
 @group(0) @binding(0) var<uniform> frame: Frame;
@@ -83,7 +87,7 @@ fn surface_at(pixel: vec2<u32>) -> Surface {
 
 /// View-space position of the centre of a pixel at a depth.
 fn position_at(pixel: vec2<f32>, depth: f32) -> vec3<f32> {
-    let from_centre = pixel + 0.5 - 0.5 * vec2<f32>(frame.size);
+    let from_centre = pixel + 0.5 - frame.centre;
     let scale = frame.pixel_size.x * depth + frame.pixel_size.y;
-    return vec3(from_centre.x * scale, -from_centre.y * scale, -depth);
+    return vec3(from_centre.x * (scale * frame.aspect), -from_centre.y * scale, -depth);
 }

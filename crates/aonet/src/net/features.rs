@@ -1,7 +1,6 @@
 //! Input channels of the network from a G-buffer. AO-Net §3.1.
 
 use crate::frame::ao_image::AoParams;
-use crate::frame::camera::Projection;
 use crate::frame::gbuffer::GBuffer;
 use crate::net::config::{Channel, Features};
 use crate::search;
@@ -64,7 +63,7 @@ impl<'a> FeatureRows<'a> {
             true => depth_range(gbuffer),
             false => (0.0, 1.0),
         };
-        let log2_radius_px = gbuffer.camera().projected_px(params.radius, 1.0).log2();
+        let log2_radius_px = gbuffer.camera().projected_px(params.radius(), 1.0).log2();
         Self { gbuffer, channels, depth_range, log2_radius_px, horizon_visibility }
     }
 
@@ -111,7 +110,7 @@ impl<'a> FeatureRows<'a> {
     }
 
     fn projected_radius(&self, depth: f32) -> f32 {
-        let perspective = matches!(self.gbuffer.camera().projection, Projection::Perspective { .. });
+        let perspective = self.gbuffer.camera().is_perspective();
         let log2_depth = if perspective || depth == f32::INFINITY { depth.log2() } else { 0.0 };
         let (low, high) = LOG2_PX_RANGE;
         ((self.log2_radius_px - log2_depth).clamp(low, high) - LOG2_PX_MEAN) * LOG2_PX_SCALE
@@ -152,12 +151,11 @@ pub(crate) fn repeat_edge(planes: &mut [f32], (width, height): (usize, usize), (
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::Camera;
-    use glam::Vec3;
+    use crate::{Camera, Projection, Size};
 
     fn frame(projection: Projection, depth: Vec<f32>) -> GBuffer {
-        let size = (depth.len(), 1);
-        let camera = Camera::look_at((Vec3::ZERO, -Vec3::Z, Vec3::Y), projection, size, 0.0).unwrap();
+        let size = Size::px(depth.len(), 1);
+        let camera = Camera::new(projection, size).unwrap();
         let normal = vec![[0.0, 0.0, 1.0]; depth.len()];
         GBuffer::new(camera, depth, normal).unwrap()
     }
@@ -165,7 +163,7 @@ mod tests {
     fn fourth(features: Features, gbuffer: &GBuffer, radius: f32) -> Vec<f32> {
         let n = gbuffer.width();
         let mut out = vec![9.0; 4 * n];
-        write_features(features, (gbuffer, AoParams { radius }), &mut out, (n, n));
+        write_features(features, (gbuffer, AoParams::new(radius).unwrap()), &mut out, (n, n));
         out.split_off(3 * n)
     }
 

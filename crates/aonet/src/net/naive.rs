@@ -55,7 +55,7 @@ pub fn run(model: &Model, gbuffer: &GBuffer, params: AoParams) -> Result<AoImage
         true => output.at(0, (i / width) as isize, (i % width) as isize),
         false => 1.0,
     });
-    AoImage::new(width, gbuffer.height(), visibility.collect())
+    AoImage::new(gbuffer.size(), visibility.collect())
 }
 
 /// Features of a frame, padded to the graph's alignment by repeating the edge.

@@ -7,7 +7,7 @@
 //!   pixel, never exist in memory.
 
 use crate::error::{Error, Result};
-use crate::frame::camera::check_size;
+use crate::frame::size::Size;
 use crate::net::config::KernelWeights;
 use crate::net::graph::{Activation, Graph, Op, ValueId};
 
@@ -161,7 +161,7 @@ impl Plan {
     /// # Panics
     /// When the graph holds a combination that no topology of this crate builds.
     pub fn new(graph: &Graph, width: usize, height: usize) -> Result<Self> {
-        check_size("plan", width, height)?;
+        Size::new(width, height)?;
         let step = graph.alignment();
         let padded = (width.next_multiple_of(step), height.next_multiple_of(step));
         let mut lowering = Lowering { graph, padded, buffers: Vec::new(), steps: Vec::new() };

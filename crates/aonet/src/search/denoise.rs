@@ -27,7 +27,7 @@ const SPATIAL: [f32; 3] = [1.0, 0.8007, 0.4111];
 
 /// Filters HxW visibility in place.
 pub(crate) fn denoise(screen: &Screen<'_>, by: Denoise, visibility: &mut Vec<f32>, isa: Isa) {
-    let (width, height) = screen.size();
+    let (width, height) = (screen.size().width(), screen.size().height());
     let mut result = vec![0.0; width * height];
     for _ in 0..by.passes {
         let rows = result.par_chunks_mut(width).enumerate();
@@ -103,7 +103,7 @@ impl Neighbours {
         (x, y): (usize, usize),
         (row, columns): (usize, usize),
     ) {
-        let (width, height) = screen.size();
+        let (width, height) = (screen.size().width(), screen.size().height());
         let inside = y >= REACH && y < height + REACH;
         let y = y.saturating_sub(REACH).min(height - 1);
         let depth = screen.row(screen.gbuffer().depth(), y);
@@ -143,8 +143,8 @@ fn filtered<S: Wide>(
     // so does the distance from the plane.
     let size = screen.pixel_size(depth);
     let slope = screen.pixel_size_line()[0];
-    let (across, down) = (p.normal.x * size, -p.normal.y * size);
-    let (ray_across, ray_down) = (p.normal.x * slope, -p.normal.y * slope);
+    let (across, down) = (p.normal.x * (size * screen.aspect), -p.normal.y * size);
+    let (ray_across, ray_down) = (p.normal.x * (slope * screen.aspect), -p.normal.y * slope);
     let ray = screen.along_ray(p);
     let (mut sum, mut weights) = (F::new(simd, 0.0), F::new(simd, 0.0));
     for dy in 0..ROWS {
@@ -180,8 +180,9 @@ mod tests {
     use crate::frame::ao_image::AoParams;
     use crate::frame::camera::{Camera, Projection};
     use crate::frame::gbuffer::GBuffer;
+    use crate::frame::size::Size;
     use crate::simd::Level;
-    use glam::{Vec3, Vec3A};
+    use glam::Vec3A;
 
     /// The filter as its definition has it, pixel by pixel.
     fn naive(frame: &GBuffer, by: Denoise, radius: f32, visibility: &[f32]) -> Vec<f32> {
@@ -210,13 +211,14 @@ mod tests {
         (0..width * height).map(one).collect()
     }
 
-    fn noisy_frame(projection: Projection, (width, height): (usize, usize)) -> (GBuffer, Vec<f32>) {
+    fn noisy_frame(projection: Projection, size: Size) -> (GBuffer, Vec<f32>) {
+        let (width, height) = (size.width(), size.height());
         let mut state = 7u32;
         let mut unit = || {
             state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
             (state >> 8) as f32 / (1u32 << 24) as f32
         };
-        let camera = Camera::look_at((Vec3::ZERO, -Vec3::Z, Vec3::Y), projection, (width, height), 0.0);
+        let camera = Camera::new(projection, size);
         let (mut depth, mut normal, mut visibility) = (vec![], vec![], vec![]);
         for _ in 0..width * height {
             depth.push(if unit() < 0.1 { f32::INFINITY } else { 4.0 + 0.1 * unit() });
@@ -231,8 +233,8 @@ mod tests {
         let by = Denoise { passes: 1, plane: 0.1, normal: 11.3 };
         for projection in [Projection::Perspective { fov_y: 1.0 }, Projection::Orthographic { height: 4.0 }] {
             for size in [(3, 2), (37, 6), (300, 7)] {
-                let (frame, visibility) = noisy_frame(projection, size);
-                let screen = Screen::new(&frame, AoParams { radius: 1.0 });
+                let (frame, visibility) = noisy_frame(projection, Size::px(size.0, size.1));
+                let screen = Screen::new(&frame, AoParams::new(1.0).unwrap());
                 let expected = naive(&frame, by, 1.0, &visibility);
                 for level in Level::available() {
                     let mut found = visibility.clone();

@@ -210,7 +210,7 @@ impl Classic {
 
     /// The same with instructions of choice.
     fn run_with(&self, gbuffer: &GBuffer, params: AoParams, isa: Isa) -> Result<AoImage> {
-        let screen = Screen::new(gbuffer, AoParams::new(params.radius)?);
+        let screen = Screen::new(gbuffer, params);
         let visibility = match self.checked()? {
             Self::Ssao(p) => finish(&screen, &ssao::Ssao::new(&screen, p), p.denoise(), isa),
             Self::Hbao(p) => finish(&screen, &hbao::Hbao::new(&screen, p), p.denoise(), isa),
@@ -223,7 +223,7 @@ impl Classic {
             Self::Vbao(p) => finish(&screen, &vbao::Vbao::new(&screen, p), p.denoise(), isa),
             Self::Agtao(p) => finish(&screen, &agtao::Agtao::new(&screen, p), p.denoise(), isa),
         };
-        AoImage::new(gbuffer.width(), gbuffer.height(), visibility)
+        AoImage::new(gbuffer.size(), visibility)
     }
 }
 
@@ -293,7 +293,7 @@ trait PixelMethod: Sync {
 
 /// All pixels, then the filter, then the background.
 fn finish(screen: &Screen<'_>, method: &impl PixelMethod, by: Denoise, isa: Isa) -> Vec<f32> {
-    let (width, height) = screen.size();
+    let (width, height) = (screen.size().width(), screen.size().height());
     let mut visibility = vec![1.0; width * height];
     visibility.par_chunks_mut(width * BAND).enumerate().for_each(|(band, rows)| {
         isa.run(Rows { screen, method, first: band * BAND, rows });
@@ -321,7 +321,7 @@ struct Rows<'a, M> {
 impl<M: PixelMethod> Kernel for Rows<'_, M> {
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
-        let width = self.screen.size().0;
+        let width = self.screen.size().width();
         for left in (0..width).step_by(TILE) {
             for (i, row) in self.rows.chunks_exact_mut(width).enumerate() {
                 let tile = &mut row[left..width.min(left + TILE)];

@@ -95,7 +95,9 @@ impl PixelMethod for Nnao<'_> {
         }
         for taps in &self.taps[block * samples..][..samples] {
             let [dx, dy] = [F::load(simd, &taps.place[0]), F::load(simd, &taps.place[1])];
-            let tap = self.screen.tap((dx.mul_add(p.radius_px, p.x), (-dy).mul_add(p.radius_px, p.y)));
+            let tap = self
+                .screen
+                .tap(((dx * p.inverse_aspect).mul_add(p.radius_px, p.x), (-dy).mul_add(p.radius_px, p.y)));
             let away = tap.position - p.position;
             let near = (1.0 - away.dot(away).sqrt() * inverse_radius).saturate();
             let near = tap.inside.select(near, 0.0);
@@ -128,14 +130,14 @@ mod tests {
     use crate::frame::ao_image::AoParams;
     use crate::frame::camera::{Camera, Projection};
     use crate::frame::gbuffer::GBuffer;
+    use crate::frame::size::Size;
     use crate::simd::Portable;
-    use glam::Vec3;
 
     #[test]
     fn lanes_agree_with_one_pixel_at_a_time() {
         let size = (48, 20);
         let projection = Projection::Perspective { fov_y: 1.0 };
-        let camera = Camera::look_at((Vec3::ZERO, -Vec3::Z, Vec3::Y), projection, size, 0.0).unwrap();
+        let camera = Camera::new(projection, Size::px(size.0, size.1)).unwrap();
         let depth = |i: usize| if i % 48 < 5 { f32::INFINITY } else { 3.0 + (i % 48) as f32 * 0.02 };
         let normals = (0..size.0 * size.1).map(|i| if i % 7 < 3 { [0.0, 0.0, 1.0] } else { [0.0, 0.6, 0.8] });
         let depths = (0..size.0 * size.1).map(depth).collect();
@@ -149,7 +151,7 @@ mod tests {
         assert_eq!(values.len(), COUNT);
         let weights = NnaoWeights::new(values, [0.1, 0.0, -0.1, 0.2], [0.5, 1.0, 2.0, 0.7]).unwrap();
         assert_eq!(NnaoWeights::from_bytes(&weights.to_bytes().unwrap()).unwrap(), weights);
-        let (params, ao) = (NnaoParams::default(), AoParams { radius: 0.8 });
+        let (params, ao) = (NnaoParams::default(), AoParams::new(0.8).unwrap());
         let screen = Screen::new(&frame, ao);
         let nnao = Nnao::new(&screen, params, &weights);
         let (mut compared, mut spread) = (0, [1.0f32, 0.0]);

@@ -271,13 +271,17 @@ pub fn taps(
     rotation: f32,
 ) -> Vec<NnaoTap> {
     let (camera, width) = (gbuffer.camera(), gbuffer.width());
+    let [focal_x, focal_y] = camera.focal_px();
     let depth = |x: usize, y: usize| gbuffer.depth()[y * width + x];
     let normal = |x: usize, y: usize| Vec3A::from(gbuffer.normal()[y * width + x]);
     let centre = camera.position_view(x, y, depth(x, y));
-    let reach = camera.projected_px(ao.radius, depth(x, y));
+    let reach = camera.projected_px(ao.radius(), depth(x, y));
     let tap = |i: u32| {
         let place = spiral(params, i, rotation);
-        let (sx, sy) = ((x as f32 + place[0] * reach).round(), (y as f32 - place[1] * reach).round());
+        let (sx, sy) = (
+            (x as f32 + place[0] * reach * (focal_x / focal_y)).round(),
+            (y as f32 - place[1] * reach).round(),
+        );
         if sx < 0.0 || sy < 0.0 || sx >= width as f32 || sy >= gbuffer.height() as f32 {
             return None;
         }
@@ -288,8 +292,8 @@ pub fn taps(
         }
         let away = camera.position_view(sx, sy, d) - centre;
         let turn = normal(sx, sy) - normal(x, y);
-        let near = (1.0 - away.length() / ao.radius).clamp(0.0, 1.0);
-        Some(NnaoTap { place, near, inputs: [turn.x, turn.y, turn.z, away.z / ao.radius] })
+        let near = (1.0 - away.length() / ao.radius()).clamp(0.0, 1.0);
+        Some(NnaoTap { place, near, inputs: [turn.x, turn.y, turn.z, away.z / ao.radius()] })
     };
     (0..params.samples).filter_map(tap).collect()
 }

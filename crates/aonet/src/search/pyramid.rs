@@ -32,7 +32,8 @@ impl Pyramid {
         (range, soft): (f32, f32),
         isa: Isa,
     ) -> Self {
-        let (coarser, (width, height)) = ((count as usize).clamp(1, LEVELS) - 1, screen.size());
+        let coarser = (count as usize).clamp(1, LEVELS) - 1;
+        let (width, height) = (screen.size().width(), screen.size().height());
         let rows = height.next_multiple_of(1 << LEVELS);
         // Compared instead of a logarithm.
         let mut pyramid = Self { depth: Vec::new(), rows, coarser, near: offset.exp2() * SQRT_2 };
@@ -80,7 +81,7 @@ impl Pyramid {
         let (column, row) = (column >> level, row >> level);
         let start = 2 * self.rows as u32;
         let first = start.whole_lanes(level.simd());
-        let index = (first - (first >> level) + row) * screen.size().0 as u32 + column;
+        let index = (first - (first >> level) + row) * screen.size().width() as u32 + column;
         let side = ((level + 127) << 23).float_of_bits();
         // Half a cell less half a pixel.
         let middle = side.mul_add(0.5, -0.5);
@@ -125,13 +126,13 @@ mod tests {
     use crate::frame::ao_image::AoParams;
     use crate::frame::camera::{Camera, Projection};
     use crate::frame::gbuffer::GBuffer;
+    use crate::frame::size::Size;
     use crate::simd::{Level, Portable};
-    use glam::Vec3;
 
     /// 20x12 pixels whose depth is 4 and a hundredth for every column and row.
     fn slope() -> GBuffer {
         let projection = Projection::Orthographic { height: 12.0 };
-        let camera = Camera::look_at((Vec3::ZERO, -Vec3::Z, Vec3::Y), projection, (20, 12), 0.0).unwrap();
+        let camera = Camera::new(projection, Size::px(20, 12)).unwrap();
         let depth = (0..240).map(|i| 4.0 + (i % 20 + i / 20) as f32 * 0.01).collect();
         GBuffer::new(camera, depth, vec![[0.0, 0.0, 1.0]; 240]).unwrap()
     }
@@ -139,7 +140,7 @@ mod tests {
     #[test]
     fn far_taps_see_the_middle_of_their_cell() {
         let frame = slope();
-        let screen = Screen::new(&frame, AoParams { radius: 1.0 });
+        let screen = Screen::new(&frame, AoParams::new(1.0).unwrap());
         for level in Level::available() {
             // Nothing is too near to count: cells are plain means.
             let pyramid = Pyramid::new(&screen, (3, 2.0), (1e3, 1.0), Isa::new(level).unwrap());

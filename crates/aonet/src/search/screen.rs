@@ -1,8 +1,8 @@
 //! The frame as the methods see it: positions and depths of sixteen pixels at once.
 
 use crate::frame::ao_image::AoParams;
-use crate::frame::camera::Projection;
 use crate::frame::gbuffer::GBuffer;
+use crate::frame::size::Size;
 use crate::simd::Wide;
 use crate::simd::integers::{U, Whole};
 use crate::simd::lanes::{F, LANES, Mask};
@@ -17,9 +17,11 @@ pub(crate) struct Screen<'a> {
     gbuffer: &'a GBuffer,
     /// AO radius [world units].
     pub(crate) radius: f32,
-    /// World units a pixel: the first times the depth plus the second. One of them is 0.
+    /// Height of a pixel [world units]: the first times the depth plus the second. One of them is 0.
     pixel_size: [f32; 2],
-    /// The middle of the frame (x, y) [px].
+    /// Width of a pixel over its height.
+    pub(crate) aspect: f32,
+    /// The place (x, y) that the camera's axis meets [px]; whole numbers are centres of pixels.
     centre: [f32; 2],
 }
 
@@ -40,8 +42,10 @@ pub(crate) struct Pixels<S: Wide> {
     pub(crate) to_viewer: V3<S>,
     /// Length of the pixel's ray for each unit of depth.
     pub(crate) ray_length: F<S>,
-    /// The AO radius on the screen [px].
+    /// The AO radius on the screen, along y [px].
     pub(crate) radius_px: F<S>,
+    /// Height of a pixel over its width.
+    pub(crate) inverse_aspect: f32,
 }
 
 /// What a place on the screen shows.
@@ -58,20 +62,19 @@ pub(crate) struct Tap<S: Wide> {
 impl<'a> Screen<'a> {
     pub(crate) fn new(gbuffer: &'a GBuffer, params: AoParams) -> Self {
         let camera = gbuffer.camera();
-        let focal = camera.focal_px();
-        let perspective = matches!(camera.projection, Projection::Perspective { .. });
-        let pixel_size = if perspective { [1.0 / focal, 0.0] } else { [0.0, 1.0 / focal] };
-        let centre = [gbuffer.width(), gbuffer.height()].map(|side| 0.5 * side as f32 - 0.5);
-        Self { gbuffer, radius: params.radius, pixel_size, centre }
+        let [focal_x, focal_y] = camera.focal_px();
+        let pixel_size = if camera.is_perspective() { [1.0 / focal_y, 0.0] } else { [0.0, 1.0 / focal_y] };
+        let centre = camera.centre_px().map(|c| c - 0.5);
+        Self { gbuffer, radius: params.radius(), pixel_size, aspect: focal_y / focal_x, centre }
     }
 
     pub(crate) fn gbuffer(&self) -> &'a GBuffer {
         self.gbuffer
     }
 
-    /// Width and height [px].
-    pub(crate) fn size(&self) -> (usize, usize) {
-        (self.gbuffer.width(), self.gbuffer.height())
+    /// Size of the frame [px].
+    pub(crate) fn size(&self) -> Size {
+        self.gbuffer.size()
     }
 
     /// Row `y` of an image of the frame's size.
@@ -92,7 +95,7 @@ impl<'a> Screen<'a> {
         let (column, row) = (px.round(), (y as u32).whole_lanes(simd));
         // Where the ray through the pixel is one unit of depth farther.
         let ([cx, cy], slope) = (self.centre, self.pixel_size[0]);
-        let ray = V3 { x: (px - cx) * slope, y: (cy - py) * slope, z: F::new(simd, -1.0) };
+        let ray = V3 { x: (px - cx) * (slope * self.aspect), y: (cy - py) * slope, z: F::new(simd, -1.0) };
         let squared = ray.dot(ray);
         let inverse = squared.inverse_sqrt();
         Pixels {
@@ -106,6 +109,7 @@ impl<'a> Screen<'a> {
             to_viewer: ray * -inverse,
             ray_length: squared * inverse,
             radius_px: self.radius / self.pixel_size(depth),
+            inverse_aspect: 1.0 / self.aspect,
         }
     }
 
@@ -113,17 +117,17 @@ impl<'a> Screen<'a> {
     #[inline(always)]
     pub(crate) fn position<S: Wide>(&self, x: F<S>, y: F<S>, depth: F<S>) -> V3<S> {
         let ([cx, cy], scale) = (self.centre, self.pixel_size(depth));
-        V3 { x: (x - cx) * scale, y: (cy - y) * scale, z: -depth }
+        V3 { x: (x - cx) * (scale * self.aspect), y: (cy - y) * scale, z: -depth }
     }
 
     /// The place on the screen (x, y) [px] of a view-space position in front of the camera.
     #[inline(always)]
     pub(crate) fn place<S: Wide>(&self, position: V3<S>) -> (F<S>, F<S>) {
         let ([cx, cy], scale) = (self.centre, 1.0 / self.pixel_size(-position.z));
-        (position.x.mul_add(scale, cx), (-position.y).mul_add(scale, cy))
+        (position.x.mul_add(scale * (1.0 / self.aspect), cx), (-position.y).mul_add(scale, cy))
     }
 
-    /// World units a pixel at a depth.
+    /// Height of a pixel at a depth [world units].
     #[inline(always)]
     pub(crate) fn pixel_size<S: Wide>(&self, depth: F<S>) -> F<S> {
         depth.mul_add(self.pixel_size[0], self.pixel_size[1])
@@ -139,14 +143,14 @@ impl<'a> Screen<'a> {
     #[inline(always)]
     pub(crate) fn along_ray<S: Wide>(&self, p: &Pixels<S>) -> F<S> {
         let ([cx, cy], slope) = (self.centre, self.pixel_size[0]);
-        let (x, y) = ((p.x - cx) * slope, (cy - p.y) * slope);
+        let (x, y) = ((p.x - cx) * (slope * self.aspect), (cy - p.y) * slope);
         x.mul_add(p.normal.x, y.mul_add(p.normal.y, -p.normal.z))
     }
 
     /// Column and row of the pixel nearest to a place on the screen, the edge's where it is outside; whether it is inside.
     #[inline(always)]
     pub(crate) fn nearest<S: Wide>(&self, (x, y): (F<S>, F<S>)) -> ([U<S>; 2], Mask<S>) {
-        let (width, height) = self.size();
+        let (width, height) = (self.size().width(), self.size().height());
         let (right, bottom) = (width as f32 - 0.5, height as f32 - 0.5);
         let inside = x.le(right) & y.le(bottom) & !x.lt(-0.5) & !y.lt(-0.5);
         ([x.index(width - 1), y.index(height - 1)], inside)

@@ -74,10 +74,10 @@ impl<S: Wide> Slice<S> {
         }
     }
 
-    /// The place on the screen so many pixels along.
+    /// The place on the screen so many pixels, by their height, along.
     #[inline(always)]
     pub(crate) fn place(&self, p: &Pixels<S>, pixels: F<S>) -> (F<S>, F<S>) {
-        (self.dx.mul_add(pixels, p.x), (-self.dy).mul_add(pixels, p.y))
+        ((self.dx * p.inverse_aspect).mul_add(pixels, p.x), (-self.dy).mul_add(pixels, p.y))
     }
 
     /// Taps lie on pixels beside the slice: they are moved into it along the tangent plane.

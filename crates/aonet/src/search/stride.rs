@@ -17,7 +17,7 @@ pub(crate) struct Stride<S: Wide> {
     rows: U<S>,
     /// In a row-major image.
     places: U<S>,
-    /// Towards the viewer, and along the slice: world units for each that a pixel is wide.
+    /// Towards the viewer, and along the slice: world units for each that a pixel is high.
     towards: F<S>,
     along: F<S>,
 }
@@ -36,12 +36,13 @@ impl<S: Wide> Stride<S> {
     #[inline(always)]
     pub(crate) fn new(screen: &Screen<'_>, slice: &Slice<S>, pixels: F<S>) -> Self {
         let pixels = pixels.min(LONGEST);
-        let (columns, rows) = ((slice.dx * pixels).round(), (slice.dy * -pixels).round());
-        let (right, up) = (columns.float(), -rows.float());
+        let (columns, rows) =
+            ((slice.dx * pixels * (1.0 / screen.aspect)).round(), (slice.dy * -pixels).round());
+        let (right, up) = (columns.float() * screen.aspect, -rows.float());
         Self {
             columns,
             rows,
-            places: rows * screen.size().0 as u32 + columns,
+            places: rows * screen.size().width() as u32 + columns,
             towards: slice.towards.x.mul_add(right, slice.towards.y * up),
             along: slice.along.x.mul_add(right, slice.along.y * up),
         }
@@ -62,8 +63,8 @@ impl<S: Wide> Stride<S> {
     /// Whether that is in the frame.
     #[inline(always)]
     pub(crate) fn inside(&self, screen: &Screen<'_>, p: &Pixels<S>) -> Mask<S> {
-        let (width, height) = screen.size();
-        (p.column + self.columns).lt(width as u32) & (p.row + self.rows).lt(height as u32)
+        let size = screen.size();
+        (p.column + self.columns).lt(size.width() as u32) & (p.row + self.rows).lt(size.height() as u32)
     }
 
     /// What is there, moved into the slice along the tangent plane.

@@ -5,7 +5,7 @@
 use aonet::gpu::{
     DepthEncoding, Device, Frame, Kernels, NormalEncoding, NormalSpace, Options, Precision, wgpu,
 };
-use aonet::{AoImage, AoParams, GBuffer};
+use aonet::{AoImage, AoParams, GBuffer, Size};
 
 /// A device, or none, said so.
 pub(crate) fn device() -> Option<Device> {
@@ -126,7 +126,7 @@ pub(crate) fn read(device: &Device, encoder: wgpu::CommandEncoder, target: &wgpu
         [a, b, c, d] => f32::from_le_bytes([a, b, c, d]),
         _ => panic!("one channel"),
     };
-    AoImage::new(width, height, values.map(value).collect()).unwrap()
+    AoImage::new(Size::px(width, height), values.map(value).collect()).unwrap()
 }
 
 fn extent((width, height): (usize, usize)) -> wgpu::Extent3d {

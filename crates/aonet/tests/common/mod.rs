@@ -2,7 +2,7 @@
 #![allow(dead_code, reason = "each test program uses some of it")]
 
 use aonet::net::{Arch, Features, Graph, KernelWeights, Model, ModelConfig, TrainingFacts, Weights};
-use aonet::{AoImage, AoParams, Camera, GBuffer, Projection};
+use aonet::{AoImage, AoParams, Camera, GBuffer, Projection, Size};
 
 /// Numbers in [0, 1) from a seed: xorshift64*.
 pub(crate) struct Random(u64);
@@ -43,8 +43,7 @@ pub(crate) fn waves(size: (usize, usize)) -> GBuffer {
 
 /// The same through another lens.
 pub(crate) fn waves_through(projection: Projection, (width, height): (usize, usize)) -> GBuffer {
-    let view = (glam::Vec3::ZERO, -glam::Vec3::Z, glam::Vec3::Y);
-    let camera = Camera::look_at(view, projection, (width, height), 0.0).unwrap();
+    let camera = Camera::new(projection, Size::px(width, height)).unwrap();
     let depth_at = |x: usize, y: usize| 3.0 + 0.4 * (x as f32 * 0.2).sin() * (y as f32 * 0.15).cos();
     let (mut depth, mut normal) = (Vec::new(), Vec::new());
     for i in 0..width * height {
@@ -61,8 +60,7 @@ pub(crate) fn waves_through(projection: Projection, (width, height): (usize, usi
 /// A camera at the origin that sees a tenth of a radian: every normal that leans forward faces it.
 pub(crate) fn camera(width: usize, height: usize) -> Camera {
     let fov_y = 0.1 * height as f32 / width.max(height) as f32;
-    let view = (glam::Vec3::ZERO, -glam::Vec3::Z, glam::Vec3::Y);
-    Camera::look_at(view, Projection::Perspective { fov_y }, (width, height), 0.0).unwrap()
+    Camera::perspective(fov_y, Size::px(width, height)).unwrap()
 }
 
 /// A model with random weights and biases, whose outputs lie around the middle of [0, 1].

@@ -8,7 +8,7 @@ mod table;
 
 use crate::device::{Device, PrecisionArg};
 use crate::{output, setup};
-use anyhow::Result;
+use anyhow::{Context, Result};
 use aonet::net::cpu::{self, Options};
 use aonet::simd::Level;
 use aonet_lab::timing;
@@ -81,7 +81,7 @@ pub(crate) fn parse_size(text: &str) -> Result<(usize, usize)> {
     let (width, height) =
         text.split_once('x').ok_or_else(|| anyhow::anyhow!("expected WxH, such as 1280x720"))?;
     let size = (width.parse()?, height.parse()?);
-    aonet::frame::camera::check_size("--size", size.0, size.1)?;
+    aonet::Size::new(size.0, size.1).context("--size")?;
     Ok(size)
 }
 

@@ -74,7 +74,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
 fn on_gpu(method: &Classic, (gbuffer, params): (&GBuffer, AoParams)) -> Result<(AoImage, Instant)> {
     let device = crate::device::gpu()?;
     let (width, height) = (gbuffer.width(), gbuffer.height());
-    let mut image = AoImage::open(width, height)?;
+    let mut image = AoImage::open(gbuffer.size());
     let mut session = aonet::gpu::Offscreen::classic(&device, method, (width, height))?;
     crate::device::announce(&device, session.precision());
     let start = Instant::now();

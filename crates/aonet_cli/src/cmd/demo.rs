@@ -112,7 +112,7 @@ fn report(
 ) -> Result<()> {
     if args.json {
         return output::json(&json!({
-            "folder": args.output, "radius": params.radius, "spp": args.spp, "trace_s": trace_s, "network_ms": ms,
+            "folder": args.output, "radius": params.radius(), "spp": args.spp, "trace_s": trace_s, "network_ms": ms,
             "network": { "full": scores.full, "foreground": scores.foreground },
             "constant": { "full": flat.full, "foreground": flat.foreground },
         }));

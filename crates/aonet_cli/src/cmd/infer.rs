@@ -42,7 +42,7 @@ type Timed = (AoImage, Instant);
 pub(crate) fn run(args: &Args) -> Result<()> {
     let model = setup::model(args.model.as_deref())?;
     // A network that does not see the radius has it built in.
-    let fallback = (!model.config().features.sees_radius()).then_some(AoParams { radius: 1.0 });
+    let fallback = if model.config().features.sees_radius() { None } else { Some(AoParams::new(1.0)?) };
     // Methods take memory of their own: what they do not look at is dropped here.
     let (Frame { gbuffer, .. }, params) = args.frame.load(fallback)?;
     let (image, start) = match args.device {
@@ -55,7 +55,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
 fn on_cpu(args: &Args, model: &Model, (gbuffer, params): (&GBuffer, AoParams)) -> Result<Timed> {
     let precision = args.precision.map_or_else(|| Ok(cpu::Precision::fastest()), PrecisionArg::cpu)?;
     let (width, height) = (gbuffer.width(), gbuffer.height());
-    let mut image = AoImage::open(width, height)?;
+    let mut image = AoImage::open(gbuffer.size());
     let options =
         cpu::Options { threads: setup::threads(args.frame.threads), precision, ..cpu::Options::default() };
     let mut session = cpu::Session::with_options(model, (width, height), options)?;
@@ -75,7 +75,7 @@ fn on_gpu(
     let precision = precision.map_or(Ok(gpu::Precision::F16), PrecisionArg::gpu)?;
     let device = crate::device::gpu()?;
     let (width, height) = (gbuffer.width(), gbuffer.height());
-    let mut image = AoImage::open(width, height)?;
+    let mut image = AoImage::open(gbuffer.size());
     let mut session = gpu::Offscreen::new(&device, model, (width, height), precision)?;
     crate::device::announce(&device, session.precision());
     let start = Instant::now();

@@ -2,7 +2,7 @@
 
 use super::imported::ImportRule;
 use super::split::Split;
-use aonet::frame::camera::check_size;
+use aonet::Size;
 use aonet_scene::error::{Error, Result};
 use aonet_scene::scene::SceneSource;
 use aonet_scene::staging::{Framing, RadiusRule, SceneSpec};
@@ -153,7 +153,7 @@ impl DatasetParams {
     }
 
     fn check(&self) -> Result<()> {
-        check_size("frame size", self.width, self.height)?;
+        Size::new(self.width, self.height)?;
         if self.frames.total() == 0 || self.frames.total() > MAX_FRAMES {
             return Err(Error::request(
                 "number of frames",

@@ -160,7 +160,7 @@ impl<'a> Runner<'a> {
 
     fn run(&mut self, gbuffer: &GBuffer, params: AoParams) -> Result<(AoImage, Option<f64>)> {
         let size = (gbuffer.width(), gbuffer.height());
-        let mut image = AoImage::open(size.0, size.1)?;
+        let mut image = AoImage::open(gbuffer.size());
         match self.method {
             Method::Constant(value) => {
                 let pixels = image.visibility_mut().iter_mut().enumerate();
@@ -280,30 +280,29 @@ mod tests {
     use super::*;
     use crate::dataset::{self, Counts, DatasetParams, DatasetPlan, Preset};
     use aonet::net::naive;
-    use aonet::{Camera, Projection};
+    use aonet::{Camera, Projection, Size};
     use aonet_scene::scene::procedural::Kind;
     use aonet_scene::staging::{SceneSpec, SceneSplit};
-    use glam::Vec3;
     use std::path::Path;
 
     fn gbuffer() -> GBuffer {
         let projection = Projection::Perspective { fov_y: 1.0 };
-        let camera = Camera::look_at((Vec3::ZERO, -Vec3::Z, Vec3::Y), projection, (16, 16), 0.0).unwrap();
+        let camera = Camera::new(projection, Size::px(16, 16)).unwrap();
         let depth = (0..256).map(|i| if i < 64 { f32::INFINITY } else { 1.0 }).collect();
         GBuffer::new(camera, depth, vec![[0.0, 0.0, 1.0]; 256]).unwrap()
     }
 
     #[test]
     fn a_constant_leaves_the_background_open() {
-        let (image, ms) = run(&Method::Constant(0.25), &gbuffer(), AoParams { radius: 1.0 }).unwrap();
+        let (image, ms) = run(&Method::Constant(0.25), &gbuffer(), AoParams::new(1.0).unwrap()).unwrap();
         assert_eq!((image.visibility()[63], image.visibility()[64], ms), (1.0, 0.25, None));
     }
 
     #[test]
     fn rows_pool_and_average_as_defined() {
-        let reference = AoImage::new(16, 16, vec![0.5; 256]).unwrap();
+        let reference = AoImage::new(Size::px(16, 16), vec![0.5; 256]).unwrap();
         let measured = |value: f32| {
-            let image = AoImage::new(16, 16, vec![value; 256]).unwrap();
+            let image = AoImage::new(Size::px(16, 16), vec![value; 256]).unwrap();
             let comparison = metrics::compare(&reference, &image, Some(&[true; 256])).unwrap();
             Measured { scene: "s".into(), comparison, ms: Some(f64::from(value)) }
         };

@@ -65,7 +65,7 @@ impl RadiusClass {
         }
         let middle = depths.len() / 2;
         let median = *depths.select_nth_unstable_by(middle, f32::total_cmp).1;
-        let share = gbuffer.camera().projected_px(params.radius, median) / gbuffer.height() as f32;
+        let share = gbuffer.camera().projected_px(params.radius(), median) / gbuffer.height() as f32;
         Some(match share {
             s if s < 0.06 => Self::Small,
             s if s <= 0.18 => Self::Medium,
@@ -88,7 +88,7 @@ const OPEN: f32 = 0.97;
 /// The pixels of every phenomenon of a frame: HxW each, in the order of [`Phenomenon::ALL`].
 pub fn masks(gbuffer: &GBuffer, params: AoParams, reference: &AoImage) -> [Vec<bool>; 4] {
     let (width, height) = (gbuffer.width(), gbuffer.height());
-    let grid = Grid { gbuffer, step: EDGE_STEP * params.radius };
+    let grid = Grid { gbuffer, step: EDGE_STEP * params.radius() };
     let pixels = |of: &dyn Fn(usize, usize) -> bool| -> Vec<bool> {
         (0..width * height).map(|i| of(i % width, i / width)).collect()
     };
@@ -205,50 +205,44 @@ pub struct Breakdown {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use aonet::{Camera, Projection};
-    use glam::Vec3;
+    use aonet::{Camera, Size};
 
-    const SIZE: (usize, usize) = (100, 60);
+    const SIZE: Size = Size::px(100, 60);
 
     /// A wall at depth 10 with a pole of `width` columns in front of it, from column 50 on.
     fn pole(width: usize) -> GBuffer {
-        let camera = Camera::look_at(
-            (Vec3::ZERO, -Vec3::Z, Vec3::Y),
-            Projection::Orthographic { height: 6.0 },
-            SIZE,
-            0.0,
-        );
-        let depth = |i: usize| if (50..50 + width).contains(&(i % SIZE.0)) { 5.0 } else { 10.0 };
-        let depths = (0..SIZE.0 * SIZE.1).map(depth).collect();
-        GBuffer::new(camera.unwrap(), depths, vec![[0.0, 0.0, 1.0]; SIZE.0 * SIZE.1]).unwrap()
+        let camera = Camera::orthographic(6.0, SIZE);
+        let depth = |i: usize| if (50..50 + width).contains(&(i % SIZE.width())) { 5.0 } else { 10.0 };
+        let depths = (0..SIZE.pixels()).map(depth).collect();
+        GBuffer::new(camera.unwrap(), depths, vec![[0.0, 0.0, 1.0]; SIZE.pixels()]).unwrap()
     }
 
     fn row(mask: &[bool], y: usize) -> Vec<usize> {
-        (0..SIZE.0).filter(|x| mask[y * SIZE.0 + x]).collect()
+        (0..SIZE.width()).filter(|x| mask[y * SIZE.width() + x]).collect()
     }
 
     #[test]
     fn every_phenomenon_has_its_pixels() {
-        let open = AoImage::open(SIZE.0, SIZE.1).unwrap();
-        let [edge, thin, border, flat] = masks(&pole(4), AoParams { radius: 1.0 }, &open);
+        let open = AoImage::open(SIZE);
+        let [edge, thin, border, flat] = masks(&pole(4), AoParams::new(1.0).unwrap(), &open);
         // The steps are right of columns 49 and 53.
         assert_eq!(row(&edge, 30), (45..=57).collect::<Vec<_>>());
         assert_eq!(row(&thin, 30), (34..50).chain(54..70).collect::<Vec<_>>());
         assert_eq!(row(&border, 30), (0..5).chain(95..100).collect::<Vec<_>>());
         assert_eq!(row(&border, 2).len(), 100);
         assert_eq!(row(&flat, 30), (0..45).chain(58..100).collect::<Vec<_>>());
-        let [_, thick, ..] = masks(&pole(20), AoParams { radius: 1.0 }, &open);
+        let [_, thick, ..] = masks(&pole(20), AoParams::new(1.0).unwrap(), &open);
         assert!(row(&thick, 30).is_empty());
-        let [smooth, ..] = masks(&pole(4), AoParams { radius: 100.0 }, &open);
+        let [smooth, ..] = masks(&pole(4), AoParams::new(100.0).unwrap(), &open);
         assert!(row(&smooth, 30).is_empty(), "a step far below the radius is none");
-        let dark = AoImage::new(SIZE.0, SIZE.1, vec![0.5; SIZE.0 * SIZE.1]).unwrap();
-        assert!(row(&masks(&pole(4), AoParams { radius: 1.0 }, &dark)[3], 30).is_empty());
+        let dark = AoImage::new(SIZE, vec![0.5; SIZE.pixels()]).unwrap();
+        assert!(row(&masks(&pole(4), AoParams::new(1.0).unwrap(), &dark)[3], 30).is_empty());
     }
 
     #[test]
     fn errors_add_up_over_frames() {
-        let reference = AoImage::new(2, 1, vec![0.5, 0.5]).unwrap();
-        let image = AoImage::new(2, 1, vec![0.8, 0.1]).unwrap();
+        let reference = AoImage::new(Size::px(2, 1), vec![0.5, 0.5]).unwrap();
+        let image = AoImage::new(Size::px(2, 1), vec![0.8, 0.1]).unwrap();
         let mut error = Error::default();
         error.add(&reference, &image, &[true, false]);
         assert!((error.rmse().unwrap() - 0.3).abs() < 1e-6 && (error.bias().unwrap() - 0.3).abs() < 1e-6);
@@ -264,7 +258,7 @@ mod tests {
         for (radius, class) in
             [(0.3, RadiusClass::Small), (0.6, RadiusClass::Medium), (1.2, RadiusClass::Large)]
         {
-            assert_eq!(RadiusClass::of(&pole(4), AoParams { radius }), Some(class));
+            assert_eq!(RadiusClass::of(&pole(4), AoParams::new(radius).unwrap()), Some(class));
         }
     }
 }

@@ -1,6 +1,6 @@
 use super::format_error;
 use aonet::Result;
-use aonet::frame::camera::check_size;
+use aonet::Size;
 use exr::block::chunk::{Chunk, CompressedBlock};
 use exr::block::reader::{ChunksReader, Reader};
 use exr::block::{BlockIndex, UncompressedBlock};
@@ -69,7 +69,7 @@ impl<'a> ExrFile<'a> {
             return Err(format_error(expected, format!("headers that claim {claimed}")));
         }
         let Vec2(width, height) = headers[0].shared_attributes.display_window.size;
-        check_size("OpenEXR display window", width, height)?;
+        Size::new(width, height)?;
         let several = headers.len() > 1;
         let channels = headers.iter().enumerate().flat_map(|(part, header)| channels(part, header, several));
         Ok(Self { channels: channels.collect(), size: (width, height), reader, justified_bytes })

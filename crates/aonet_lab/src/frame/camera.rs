@@ -2,9 +2,9 @@
 
 use super::{Frame, FrameHints};
 use crate::exr_file::ExrFile;
-use aonet::{Camera, Error, Projection, Result};
+use aonet::{Camera, Error, Projection, Result, Size};
 use aonet_scene::View;
-use glam::{Affine3A, Vec3};
+use glam::{Affine3A, Mat4};
 use serde::{Deserialize, Serialize};
 
 const VIEW: &str = "aonet:view";
@@ -27,17 +27,29 @@ struct StoredCamera {
     fov_y: Option<f32>,
     ortho_height: Option<f32>,
     near: f32,
+    /// Exact numbers of the projection; older files have none and are centred.
+    #[serde(default)]
+    focal_px: Option<[f32; 2]>,
+    #[serde(default)]
+    centre_px: Option<[f32; 2]>,
 }
 
 /// The text attribute that holds the camera of `frame`.
 pub(super) fn attribute(frame: &Frame) -> Result<(&'static str, String)> {
     let camera = frame.gbuffer.camera();
-    let (fov_y, ortho_height) = match camera.projection {
+    let (fov_y, ortho_height) = match camera.projection() {
         Projection::Perspective { fov_y } => (Some(fov_y), None),
         Projection::Orthographic { height } => (None, Some(height)),
     };
-    let view_from_world = camera.view_from_world.to_cols_array();
-    let stored = StoredCamera { view_from_world, fov_y, ortho_height, near: camera.near };
+    let view_from_world = camera.view_from_world().to_cols_array();
+    let stored = StoredCamera {
+        view_from_world,
+        fov_y,
+        ortho_height,
+        near: camera.near(),
+        focal_px: Some(camera.focal_px()),
+        centre_px: Some(camera.centre_px()),
+    };
     let (name, text) = match &frame.view {
         Some(view) => (VIEW, serde_json::to_string(view)),
         None => (CAMERA, serde_json::to_string(&stored)),
@@ -70,14 +82,13 @@ pub(super) fn resolve(file: &ExrFile, hints: &FrameHints) -> Result<Seen> {
 
 /// The camera of a file without a view, and whether its place is known.
 fn without_view(file: &ExrFile, hints: &FrameHints) -> Result<(Camera, bool)> {
-    let (width, height) = file.size();
+    let size = Size::new(file.size().0, file.size().1)?;
     let stored = file.text(CAMERA).map(|text| parse::<StoredCamera>(CAMERA, &text)).transpose()?;
     let hinted = hints.fov_y_deg.map(|degrees| Projection::Perspective { fov_y: degrees.to_radians() });
     let Some(stored) = stored else {
         let expected = "a view or a vertical field of view, because the file has none";
         let projection = hinted.ok_or_else(|| Error::value("camera", expected, "none"))?;
-        let placed = (Vec3::ZERO, Vec3::NEG_Z, Vec3::Y);
-        return Ok((Camera::look_at(placed, projection, (width, height), 0.0)?, false));
+        return Ok((Camera::new(projection, size)?, false));
     };
     let projection = match (stored.fov_y, stored.ortho_height) {
         (Some(fov_y), None) => Projection::Perspective { fov_y },
@@ -87,9 +98,13 @@ fn without_view(file: &ExrFile, hints: &FrameHints) -> Result<(Camera, bool)> {
             return Err(Error::format(CAMERA, "either fov_y or ortho_height", found));
         }
     };
-    let view_from_world = Affine3A::from_cols_array(&stored.view_from_world);
-    let projection = hinted.unwrap_or(projection);
-    let camera = Camera { view_from_world, projection, width, height, near: stored.near }.checked()?;
+    let mut camera = Camera::new(hinted.unwrap_or(projection), size)?.with_near(stored.near)?;
+    if hinted.is_none() {
+        camera = camera.with_focal_px(stored.focal_px.unwrap_or(camera.focal_px()))?;
+    }
+    camera = camera.with_centre_px(stored.centre_px.unwrap_or(camera.centre_px()))?;
+    let m = Affine3A::from_cols_array(&stored.view_from_world);
+    let camera = camera.with_view_from_world(Mat4::from(m).to_cols_array_2d())?;
     Ok((camera, true))
 }
 

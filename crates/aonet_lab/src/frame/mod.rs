@@ -99,16 +99,16 @@ impl Frame {
         normals::check_not_encoded(&pixels.normal, &pixels.depth)?;
         let to_view = |n| normals::to_view(n, space, &seen.camera, &pixels.depth);
         let (normal, geo_normal) = (to_view(pixels.normal), pixels.geo_normal.map(to_view));
-        let (width, height) = (seen.camera.width, seen.camera.height);
+        let size = seen.camera.size();
         let gbuffer = GBuffer::new(seen.camera, pixels.depth, normal)?;
         if let Some(geo_normal) = &geo_normal {
-            normals::check_finite(geo_normal, gbuffer.depth(), width)?;
+            normals::check_finite(geo_normal, gbuffer.depth(), size.width())?;
         }
         let ao = pixels.ao.map(|mut ao| {
             (0..ao.len()).filter(|&i| !gbuffer.is_foreground(i)).for_each(|i| ao[i] = 1.0);
-            AoImage::new(width, height, ao)
+            AoImage::new(size, ao)
         });
-        let radius = seen.radius.map(AoParams::new).transpose()?.map(|params| params.radius);
+        let radius = seen.radius.map(AoParams::new).transpose()?.map(|params| params.radius());
         Ok(Self { gbuffer, geo_normal, ao: ao.transpose()?, radius, view: seen.view })
     }
 

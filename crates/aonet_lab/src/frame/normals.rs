@@ -23,7 +23,7 @@ pub(super) fn to_view(
     camera: &Camera,
     depth: &[f32],
 ) -> Vec<[f32; 3]> {
-    let rotation = camera.view_from_world.matrix3;
+    let rotation = camera.view_from_world().matrix3;
     for (n, d) in normals.iter_mut().zip(depth) {
         *n = match space {
             _ if *d == f32::INFINITY => [0.0; 3],

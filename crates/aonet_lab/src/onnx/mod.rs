@@ -14,7 +14,7 @@ mod writer;
 
 pub use features::{features, npy};
 
-use aonet::frame::camera::check_size;
+use aonet::Size;
 use aonet::net::Model;
 use aonet_scene::error::{Error, Result};
 use prost::Message;
@@ -93,7 +93,7 @@ pub struct Exported {
 /// When a side of a fixed size is 0 or too large.
 pub fn export(model: &Model, form: Form, extent: Extent) -> Result<Exported> {
     if let Extent::Fixed { width, height } = extent {
-        check_size("ONNX input", width, height)?;
+        Size::new(width, height)?;
     }
     let mut writer = Writer::default();
     let features = padded(&mut writer, model, extent);

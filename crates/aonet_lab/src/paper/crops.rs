@@ -93,13 +93,12 @@ pub(super) fn psnr(reference: &AoImage, image: &AoImage, window: Window) -> f64 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use aonet::{Camera, Projection};
-    use glam::Vec3;
+    use aonet::{Camera, Projection, Size};
 
     /// 60x60; the right half is sky.
     fn half_sky() -> GBuffer {
         let projection = Projection::Perspective { fov_y: 1.0 };
-        let camera = Camera::look_at((Vec3::ZERO, -Vec3::Z, Vec3::Y), projection, (60, 60), 0.0).unwrap();
+        let camera = Camera::new(projection, Size::px(60, 60)).unwrap();
         let depth = (0..3600).map(|i| if i % 60 < 30 { 1.0 } else { f32::INFINITY }).collect();
         GBuffer::new(camera, depth, vec![[0.0, 0.0, 1.0]; 3600]).unwrap()
     }
@@ -108,11 +107,11 @@ mod tests {
     fn the_window_covers_the_edge_and_not_the_silhouette() {
         // Dark from row 37 on; the sky beside it is open.
         let value = |i: usize| if i % 60 < 30 && i / 60 >= 37 { 0.2 } else { 1.0 };
-        let reference = AoImage::new(60, 60, (0..3600).map(value).collect()).unwrap();
+        let reference = AoImage::new(Size::px(60, 60), (0..3600).map(value).collect()).unwrap();
         let window = busiest(&reference, &half_sky());
         // Half of the ten rows are dark.
         assert_eq!(window, Window { left: 0, top: 32, width: 10, height: 10 });
-        let mut image = AoImage::open(60, 60).unwrap();
+        let mut image = AoImage::open(Size::px(60, 60));
         image.visibility_mut()[37 * 60..].iter_mut().for_each(|v| *v = 0.2);
         assert_eq!(psnr(&reference, &image, window), f64::INFINITY);
         image.visibility_mut()[33 * 60] = 0.0;

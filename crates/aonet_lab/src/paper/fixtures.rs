@@ -5,10 +5,9 @@ use crate::dataset::{self, Counts, DatasetParams, DatasetPlan, Manifest, Preset}
 use crate::eval::Row;
 use aonet::net::model::Precision;
 use aonet::net::{Graph, Model, ModelConfig, TrainingFacts, Weights};
-use aonet::{Camera, GBuffer, Projection};
+use aonet::{Camera, GBuffer, Projection, Size};
 use aonet_scene::scene::procedural::Kind;
 use aonet_scene::staging::{SceneSpec, SceneSplit};
-use glam::Vec3;
 use std::path::Path;
 
 /// Four test frames of two scenes, 96x64, and no others.
@@ -46,7 +45,7 @@ pub(crate) fn save_model(dir: &Path, name: &str, config: ModelConfig) {
 /// Two pixels at distance 1 and one of sky.
 pub(crate) fn two_pixels_and_sky() -> GBuffer {
     let projection = Projection::Perspective { fov_y: 1.0 };
-    let camera = Camera::look_at((Vec3::ZERO, -Vec3::Z, Vec3::Y), projection, (3, 1), 0.1).unwrap();
+    let camera = Camera::new(projection, Size::px(3, 1)).unwrap().with_near(0.1).unwrap();
     GBuffer::new(camera, vec![1.0, 1.0, f32::INFINITY], vec![[0.0, 0.0, 1.0]; 3]).unwrap()
 }
 

@@ -206,25 +206,24 @@ pub fn save_png(picture: &RgbImage, path: &Path) -> Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use aonet::{Camera, Projection};
-    use glam::Vec3;
+    use aonet::{Camera, Projection, Size};
 
     fn gbuffer() -> GBuffer {
         let projection = Projection::Perspective { fov_y: 1.0 };
-        let camera = Camera::look_at((Vec3::ZERO, -Vec3::Z, Vec3::Y), projection, (3, 1), 0.1).unwrap();
+        let camera = Camera::new(projection, Size::px(3, 1)).unwrap().with_near(0.1).unwrap();
         GBuffer::new(camera, vec![1.0, 100.0, f32::INFINITY], vec![[0.0, 0.0, 1.0]; 3]).unwrap()
     }
 
     #[test]
     fn known_values_have_known_colours() {
-        let image = AoImage::new(3, 1, vec![0.0, 0.5, 1.0]).unwrap();
+        let image = AoImage::new(Size::px(3, 1), vec![0.0, 0.5, 1.0]).unwrap();
         let colours = |p: RgbImage| p.pixels().map(|p| p.0).collect::<Vec<_>>();
         assert_eq!(colours(ao(&image)), [[0; 3], [128; 3], [255; 3]]);
         assert_eq!(colours(normals(&gbuffer())), [[128, 128, 255], [128, 128, 255], [0; 3]]);
         assert_eq!(colours(depth(&gbuffer())), [VIRIDIS[8], VIRIDIS[0], BACKGROUND]);
-        let reference = AoImage::new(3, 1, vec![0.5; 3]).unwrap();
+        let reference = AoImage::new(Size::px(3, 1), vec![0.5; 3]).unwrap();
         assert_eq!(colours(error(&reference, &image).unwrap()), [DIVERGING[0], DIVERGING[2], DIVERGING[4]]);
-        assert!(error(&reference, &AoImage::open(1, 3).unwrap()).is_err());
+        assert!(error(&reference, &AoImage::open(Size::px(1, 3))).is_err());
     }
 
     #[test]

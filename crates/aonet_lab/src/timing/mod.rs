@@ -16,7 +16,7 @@ use aonet::net::Model;
 use aonet::net::cpu::{Options, Precision, Session};
 use aonet::net::model::Ranges;
 use aonet::search::Classic;
-use aonet::{AoImage, AoParams, Camera, GBuffer, Projection};
+use aonet::{AoImage, AoParams, Camera, GBuffer, Size};
 use aonet_scene::{Error, Result};
 use glam::Vec3;
 use rayon::ThreadPool;
@@ -50,7 +50,7 @@ impl Times {
 }
 
 /// The radius of every timed frame (world units); the frame's depth is about 3.
-const PARAMS: AoParams = AoParams { radius: 0.5 };
+const RADIUS: f32 = 0.5;
 
 /// Of the frame of [`calibrated`] (width, height) (px).
 const CALIBRATION_SIZE: (usize, usize) = (256, 128);
@@ -61,15 +61,15 @@ const CALIBRATION_SIZE: (usize, usize) = (256, 128);
 /// When a side is out of range, the threads are none or cannot be started, the machine does not have the instructions, or the
 /// model does not know the ranges that integers need: see [`calibrated`].
 pub fn time(model: &Model, size: (usize, usize), options: Options, runs: usize) -> Result<Times> {
-    let (gbuffer, mut image) = (bump(size.0, size.1)?, AoImage::open(size.0, size.1)?);
+    let (gbuffer, mut image) = (bump(size.0, size.1)?, AoImage::open(Size::new(size.0, size.1)?));
     let start = Instant::now();
     let mut session = Session::with_options(model, size, options)?;
-    session.run(&gbuffer, PARAMS, &mut image)?;
+    session.run(&gbuffer, AoParams::new(RADIUS)?, &mut image)?;
     let first_ms = ms_since(start);
     let (mut times_ms, mut features_ms) = (Vec::with_capacity(runs), Vec::with_capacity(runs));
     for _ in 0..runs.max(1) {
         let start = Instant::now();
-        session.run_observed(&gbuffer, PARAMS, &mut image, &mut |step| {
+        session.run_observed(&gbuffer, AoParams::new(RADIUS)?, &mut image, &mut |step| {
             if step == 0 {
                 features_ms.push(ms_since(start));
             }
@@ -88,7 +88,7 @@ pub fn time_classic(method: &Classic, size: (usize, usize), pool: &ThreadPool, r
     let gbuffer = bump(size.0, size.1)?;
     let run = || -> Result<f64> {
         let start = Instant::now();
-        pool.install(|| method.run(&gbuffer, PARAMS))?;
+        pool.install(|| method.run(&gbuffer, AoParams::new(RADIUS)?))?;
         Ok(ms_since(start))
     };
     let first_ms = run()?;
@@ -110,13 +110,13 @@ pub fn pool(threads: usize) -> Result<ThreadPool> {
 /// # Errors
 /// As [`time`].
 pub fn time_steps(model: &Model, size: (usize, usize), options: Options, runs: usize) -> Result<Vec<f64>> {
-    let (gbuffer, mut image) = (bump(size.0, size.1)?, AoImage::open(size.0, size.1)?);
+    let (gbuffer, mut image) = (bump(size.0, size.1)?, AoImage::open(Size::new(size.0, size.1)?));
     let mut session = Session::with_options(model, size, options)?;
-    session.run(&gbuffer, PARAMS, &mut image)?;
+    session.run(&gbuffer, AoParams::new(RADIUS)?, &mut image)?;
     let mut by_step: Vec<Vec<f64>> = vec![Vec::with_capacity(runs); session.plan().steps.len()];
     for _ in 0..runs.max(1) {
         let mut last = Instant::now();
-        session.run_observed(&gbuffer, PARAMS, &mut image, &mut |step| {
+        session.run_observed(&gbuffer, AoParams::new(RADIUS)?, &mut image, &mut |step| {
             let now = Instant::now();
             by_step[step].push((now - last).as_secs_f64() * 1e3);
             last = now;
@@ -135,9 +135,14 @@ pub fn calibrated(model: Model, precision: Precision) -> Result<Model> {
         return Ok(model);
     }
     let (width, height) = CALIBRATION_SIZE;
-    let (gbuffer, mut image) = (bump(width, height)?, AoImage::open(width, height)?);
+    let (gbuffer, mut image) = (bump(width, height)?, AoImage::open(Size::new(width, height)?));
     let mut ranges = Ranges::new();
-    Session::new(&model, width, height, 1)?.calibrate(&gbuffer, PARAMS, &mut image, &mut ranges)?;
+    Session::new(&model, width, height, 1)?.calibrate(
+        &gbuffer,
+        AoParams::new(RADIUS)?,
+        &mut image,
+        &mut ranges,
+    )?;
     Ok(model.with_ranges(ranges)?)
 }
 
@@ -147,8 +152,7 @@ fn ms_since(start: Instant) -> f64 {
 
 /// A bump that fills the image: foreground everywhere, normals that turn.
 fn bump(width: usize, height: usize) -> Result<GBuffer> {
-    let projection = Projection::Perspective { fov_y: 1.0 };
-    let camera = Camera::look_at((Vec3::ZERO, -Vec3::Z, Vec3::Y), projection, (width, height), 0.1)?;
+    let camera = Camera::perspective(1.0, Size::new(width, height)?)?.with_near(0.1)?;
     let at = |i: usize| {
         let x = (i % width) as f32 / width as f32 - 0.5;
         let y = 0.5 - (i / width) as f32 / height as f32;

@@ -205,7 +205,7 @@ fn symmetry(augment: Augment, random: &mut Random) -> Symmetry {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use aonet::{Camera, Projection};
+    use aonet::{Camera, Projection, Size};
     use glam::Vec3;
 
     /// Height z(x, y) = a x + b y has normal (-a, -b, 1) up to length: turning the image must turn the normal with it.
@@ -234,12 +234,12 @@ mod tests {
     #[test]
     fn encoded_normals_turn_as_normals_do() {
         let projection = Projection::Perspective { fov_y: 1.0 };
-        let camera = Camera::look_at((Vec3::ZERO, -Vec3::Z, Vec3::Y), projection, (16, 16), 0.0).unwrap();
+        let camera = Camera::new(projection, Size::px(16, 16)).unwrap();
         let depth = (0..256).map(|i| if i == 7 { f32::INFINITY } else { 2.0 }).collect();
         let normal = |i| if i == 7 { [0.0; 3] } else { [0.6, 0.0, 0.8] };
         let gbuffer = GBuffer::new(camera, depth, (0..256).map(normal).collect()).unwrap();
         let crop = |features| {
-            let ao = AoImage::open(16, 16).unwrap();
+            let ao = AoImage::open(Size::px(16, 16));
             let sample = Sample::new((&gbuffer, AoParams::new(1.0).unwrap()), &ao, features).unwrap();
             sample.crop((0, 0, 16), Symmetry { mirror: true, quarter_turns: 1 })
         };

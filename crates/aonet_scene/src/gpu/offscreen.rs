@@ -62,7 +62,7 @@ impl<'a> Offscreen<'a> {
             download(device, reference.open())
         })?;
         let visibility = open.into_iter().map(|n| n as f32 / sampling.spp as f32).collect();
-        Ok(AoImage::new(size.0, size.1, visibility)?)
+        Ok(AoImage::new(surface.gbuffer.size(), visibility)?)
     }
 }
 

@@ -11,7 +11,6 @@ use crate::reference::{Sampling, spiral};
 use crate::trace::Tracer;
 use crate::{Error, Result};
 use aonet::AoParams;
-use aonet::frame::camera;
 use aonet::gpu::{DepthEncoding, Frame, scoped, wgpu};
 
 /// Rays of a dispatch: no driver's watchdog sees one that lasts.
@@ -181,7 +180,7 @@ impl Reference {
     /// When it is of another size, or has triangles that the scene of `tracer` has not; that has to be the scene of the
     /// buffers.
     pub fn set_surface(&mut self, tracer: &Tracer, surface: &Surface, params: AoParams) -> Result<()> {
-        self.radius = AoParams::new(params.radius)?.radius;
+        self.radius = params.radius();
         self.sized.points.upload(&self.scene.context, tracer.scene(), surface)?;
         self.reset();
         Ok(())
@@ -207,7 +206,7 @@ impl Reference {
         view: &BoundTextures,
         frame: &Frame,
     ) -> Result<()> {
-        let radius = AoParams::new(frame.params.radius)?.radius;
+        let radius = frame.params.radius();
         let to = (&self.scene.context, &mut self.ring, &self.sized.points);
         self.programs.start.encode(encoder, (view, frame), to)?;
         self.radius = radius;
@@ -354,7 +353,7 @@ impl Sized {
         parts: (&Ring, &wgpu::Buffer),
         (width, height): (usize, usize),
     ) -> aonet::Result<Self> {
-        camera::check_size("reference", width, height)?;
+        aonet::Size::new(width, height)?;
         let context = &scene.context;
         let open = context.storage("open rays", width * height * size_of::<u32>())?;
         let points = programs.start.points(scene, parts.0, (width, height))?;

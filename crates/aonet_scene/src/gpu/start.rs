@@ -7,8 +7,8 @@ use super::scene::{self, SceneBuffers};
 use crate::gbuffer::Surface;
 use crate::reference::Point;
 use crate::{Result, Scene};
+use aonet::Error;
 use aonet::gpu::{DepthEncoding, Frame, scoped, wgpu};
-use aonet::{Error, Projection};
 use glam::Vec3A;
 use rayon::prelude::*;
 
@@ -148,7 +148,7 @@ impl Start {
     ) -> aonet::Result<()> {
         let (width, height) = points.size;
         for (what, found) in
-            [("view", view.size), ("camera of a frame", (frame.camera.width, frame.camera.height))]
+            [("view", view.size), ("camera of a frame", (frame.camera.width(), frame.camera.height()))]
         {
             if found != points.size {
                 let found = format!("{}x{}", found.0, found.1);
@@ -206,31 +206,30 @@ fn put(bytes: &mut [u8], vector: Vec3A) {
 ///
 /// # Errors
 /// When the camera or a plane is out of range.
-fn frame_words(encoding: DepthEncoding, frame: &Frame) -> aonet::Result<[u32; 22]> {
-    let camera = frame.camera.checked()?;
-    let inverse_focal = 1.0 / camera.focal_px();
-    let pixel_size = match camera.projection {
-        Projection::Perspective { .. } => [inverse_focal, 0.0],
-        Projection::Orthographic { .. } => [0.0, inverse_focal],
-    };
-    let mut words = [0; 22];
+fn frame_words(encoding: DepthEncoding, frame: &Frame) -> aonet::Result<[u32; 26]> {
+    let camera = frame.camera;
+    let [focal_x, focal_y] = camera.focal_px();
+    let pixel_size = if camera.is_perspective() { [1.0 / focal_y, 0.0] } else { [0.0, 1.0 / focal_y] };
+    let mut words = [0; 26];
     let mut put = |at: usize, values: &[f32]| {
         words[at..at + values.len()].iter_mut().zip(values).for_each(|(word, v)| *word = v.to_bits());
     };
-    let world_from_view = camera.view_from_world.inverse();
+    let world_from_view = camera.view_from_world().inverse();
     for (i, column) in world_from_view.to_cols_array_2d().iter().enumerate() {
         put(4 * i, column);
     }
     put(18, &depth_line(encoding, frame)?);
     put(20, &pixel_size);
-    (words[16], words[17]) = (camera.width as u32, camera.height as u32);
+    put(22, &camera.centre_px());
+    put(24, &[focal_y / focal_x]);
+    (words[16], words[17]) = (camera.width() as u32, camera.height() as u32);
     Ok(words)
 }
 
 /// Slope and offset that make a distance, or with perspective its inverse, of a stored depth.
 fn depth_line(encoding: DepthEncoding, frame: &Frame) -> aonet::Result<[f32; 2]> {
-    let perspective = matches!(frame.camera.projection, Projection::Perspective { .. });
-    let (near, far) = (f64::from(frame.camera.near), f64::from(frame.far));
+    let perspective = frame.camera.is_perspective();
+    let (near, far) = (f64::from(frame.camera.near()), f64::from(frame.far));
     let at = |v: f64| if perspective { 1.0 / v } else { v };
     let (at_0, at_1) = match encoding {
         DepthEncoding::Linear => return Ok([1.0, 0.0]),

@@ -7,8 +7,12 @@ struct Frame {
     size: vec2<u32>,
     /// What makes a distance of a stored depth: see decode_depth.
     depth_line: vec2<f32>,
-    /// World units a pixel: the first times the depth plus the second. One of them is 0.
+    /// Height of a pixel [world units]: the first times the depth plus the second. One of them is 0.
     pixel_size: vec2<f32>,
+    /// The place that the camera's axis meets [px from the upper left corner].
+    centre: vec2<f32>,
+    /// Width of a pixel over its height.
+    aspect: f32,
 }
 
 @group(0) @binding(0) var<uniform> frame: Frame;
@@ -86,7 +90,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let pixel_size = frame.pixel_size.x * depth + frame.pixel_size.y;
-    let from_centre = (vec2<f32>(id.xy) + 0.5 - 0.5 * vec2<f32>(frame.size)) * vec2(pixel_size, -pixel_size);
+    let from_centre = (vec2<f32>(id.xy) + 0.5 - frame.centre) * vec2(pixel_size * frame.aspect, -pixel_size);
     let position_view = vec3(from_centre, -depth);
     let position = frame.world_from_view * vec4(position_view, 1.0);
     let geo_normal_view = textureLoad(geo_normal_texture, id.xy, 0).xyz;

@@ -46,10 +46,10 @@ fn what_was_set_last_counts() {
     reference.resize((33, 18)).unwrap();
     reference.set_surface(&tracer, &surface, params).unwrap();
     for (radius, sampling) in [
-        (params.radius, Sampling { spp: 16, seed: 1 }),
-        (0.3 * params.radius, Sampling { spp: 16, seed: 1 << 63 }),
-        (params.radius, Sampling { spp: 1, seed: 3 }),
-        (params.radius, Sampling { spp: 129, seed: 3 }),
+        (params.radius(), Sampling { spp: 16, seed: 1 }),
+        (0.3 * params.radius(), Sampling { spp: 16, seed: 1 << 63 }),
+        (params.radius(), Sampling { spp: 1, seed: 3 }),
+        (params.radius(), Sampling { spp: 129, seed: 3 }),
     ] {
         let params = AoParams::new(radius).unwrap();
         reference.set_surface(&tracer, &surface, params).unwrap();

@@ -33,7 +33,7 @@ impl Shown<'_> {
         normals: wgpu::TextureFormat,
         stored: impl Fn(f32) -> f32,
     ) -> [wgpu::TextureView; 3] {
-        let size = (self.camera.width, self.camera.height);
+        let size = (self.camera.width(), self.camera.height());
         let bytes = |x: f32| match normals {
             wgpu::TextureFormat::Rgba16Float => half::f16::from_f32(x).to_le_bytes().to_vec(),
             _ => x.to_le_bytes().to_vec(),
@@ -55,7 +55,7 @@ fn from_textures(
     (textures, frame): (&[wgpu::TextureView; 3], &Frame),
     options: ReferenceOptions,
 ) -> AoImage {
-    let size = (frame.camera.width, frame.camera.height);
+    let size = (frame.camera.width(), frame.camera.height());
     let mut reference = reference(device, tracer, size, options);
     let [normal, geo_normal, depth] = textures;
     let view = reference.view(Textures { normal, geo_normal, depth }).unwrap();
@@ -114,14 +114,14 @@ fn moved(surface: &Surface) -> Vec<f32> {
     let camera = surface.gbuffer.camera();
     let moved = |i: usize| {
         let (depth, normal) = (surface.gbuffer.depth()[i], Vec3A::from(surface.geo_normal[i]));
-        let at = camera.position_view(i % camera.width, i / camera.width, 1.0);
-        let half_step = if i.is_multiple_of(2) { 1.0 } else { -1.0 } / (32.0 * camera.focal_px());
+        let at = camera.position_view(i % camera.width(), i / camera.width(), 1.0);
+        let half_step = if i.is_multiple_of(2) { 1.0 } else { -1.0 } / (32.0 * camera.focal_px()[1]);
         let beside = at + half_step * Vec3A::new(normal.x.signum(), normal.y.signum(), 0.0);
         let depth_beside = depth * normal.dot(at) / normal.dot(beside);
         // Where the surface is seen from the side it may be anywhere.
         if (depth_beside / depth - 1.0).abs() < 0.05 { depth_beside } else { depth }
     };
-    (0..camera.width * camera.height).map(moved).collect()
+    (0..camera.width() * camera.height()).map(moved).collect()
 }
 
 #[test]

@@ -96,21 +96,19 @@ impl FrameParams {
     }
 
     /// The same frame after a check of its numbers.
-    pub(super) fn checked(mut self, (width, height): (usize, usize)) -> Result<Self> {
-        self.camera = self.camera.checked()?;
+    pub(super) fn checked(self, (width, height): (usize, usize)) -> Result<Self> {
         let wrong = |what: &str, expected: String, found: String| Err(Error::request(what, expected, found));
-        let Camera { width: w, height: h, .. } = self.camera;
-        if (w, h) != (width, height) {
-            return wrong("camera of a frame", format!("{width}x{height}"), format!("{w}x{h}"));
+        let found = self.camera.size();
+        if (found.width(), found.height()) != (width, height) {
+            return wrong("camera of a frame", format!("{width}x{height}"), found.to_string());
         }
-        if !(self.far > self.camera.near) {
-            let expected = format!("a distance above near = {}", self.camera.near);
+        if !(self.far > self.camera.near()) {
+            let expected = format!("a distance above near = {}", self.camera.near());
             return wrong("far plane of a frame", expected, self.far.to_string());
         }
         if !(0.0..=1.0).contains(&self.split) {
             return wrong("slider of a frame", "a place in [0, 1]".into(), self.split.to_string());
         }
-        self.params = AoParams::new(self.params.radius)?;
         Ok(self)
     }
 

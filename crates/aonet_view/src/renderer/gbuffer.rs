@@ -7,7 +7,6 @@ use super::scene::SceneBuffers;
 use super::stopwatch::Stopwatch;
 use super::targets::{self, Targets};
 use super::textures;
-use aonet::Projection;
 use aonet::gpu::{cleared, wgpu};
 use aonet_scene::scene::Bounds;
 use glam::{Mat4, Vec3, Vec3A};
@@ -117,25 +116,27 @@ fn pipeline(gpu: &Gpu, group: &wgpu::BindGroupLayout) -> wgpu::RenderPipeline {
 /// The struct `Camera` of the shader.
 fn camera_bytes(frame: &FrameParams, bounds: &Bounds) -> Vec<u8> {
     let camera = &frame.camera;
-    let near = match camera.near {
+    let near = match camera.near() {
         0.0 => NEAR_IN_RADII * bounds.radius().max(f32::MIN_POSITIVE),
         near => near,
     };
-    let scale =
-        [2.0 * camera.focal_px() / camera.width as f32, 2.0 * camera.focal_px() / camera.height as f32];
-    let (z_line, w_line) = match camera.projection {
-        Projection::Perspective { .. } if frame.far.is_infinite() => ([0.0, near], [1.0, 0.0]),
-        Projection::Perspective { .. } => {
+    let (width, height) = (camera.width() as f32, camera.height() as f32);
+    let ([focal_x, focal_y], [x, y]) = (camera.focal_px(), camera.centre_px());
+    let scale = [2.0 * focal_x / width, 2.0 * focal_y / height];
+    let axis = [2.0 * x / width - 1.0, 1.0 - 2.0 * y / height];
+    let (z_line, w_line) = match camera.is_perspective() {
+        true if frame.far.is_infinite() => ([0.0, near], [1.0, 0.0]),
+        true => {
             let range = frame.far - near;
             ([-near / range, near / range * frame.far], [1.0, 0.0])
         }
-        Projection::Orthographic { .. } => {
+        false => {
             let far = frame.far.min(farthest(frame, bounds));
             ([-1.0 / (far - near), far / (far - near)], [0.0, 1.0])
         }
     };
-    let view_from_world = Mat4::from(camera.view_from_world).to_cols_array();
-    bytes(view_from_world.into_iter().chain(scale).chain(z_line).chain(w_line).chain([0.0; 2]))
+    let view_from_world = Mat4::from(camera.view_from_world()).to_cols_array();
+    bytes(view_from_world.into_iter().chain(scale).chain(z_line).chain(w_line).chain(axis))
 }
 
 /// A distance along -Z beyond everything (world units): parallel rays have no plane at infinity.
@@ -143,10 +144,10 @@ fn farthest(frame: &FrameParams, bounds: &Bounds) -> f32 {
     let corner = |i: usize| {
         let pick = |axis: usize| if i >> axis & 1 == 0 { bounds.min[axis] } else { bounds.max[axis] };
         let world = Vec3::new(pick(0), pick(1), pick(2));
-        -frame.camera.view_from_world.transform_point3a(Vec3A::from(world)).z
+        -frame.camera.view_from_world().transform_point3a(Vec3A::from(world)).z
     };
     let far = (0..8).map(corner).fold(f32::MIN, f32::max);
     // guess: beyond the rounding of a coordinate.
-    let slack = 1e-3 * bounds.radius().max(frame.camera.near);
-    far.max(frame.camera.near) + slack.max(f32::MIN_POSITIVE)
+    let slack = 1e-3 * bounds.radius().max(frame.camera.near());
+    far.max(frame.camera.near()) + slack.max(f32::MIN_POSITIVE)
 }

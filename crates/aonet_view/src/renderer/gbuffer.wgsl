@@ -6,6 +6,8 @@ struct Camera {
     scale: vec2<f32>,
     z_line: vec2<f32>,
     w_line: vec2<f32>,
+    /// Where the camera's axis is in clip space, for w = 1.
+    axis: vec2<f32>,
 }
 
 @group(0) @binding(0) var<uniform> camera: Camera;
@@ -85,7 +87,7 @@ fn corner(@builtin(vertex_index) index: u32) -> Corner {
     // Where no triangle shows an image there is a single decal.
     let decal = min(triangle, arrayLength(&decals) - 1u);
     let uv = decals[decal].uv[index % 3u];
-    let clip = vec4(camera.scale * seen.xy, zw);
+    let clip = vec4(camera.scale * seen.xy + camera.axis * zw.y, zw);
     let normal = side * direction_view(normal_world(vertex));
     return Corner(clip, normal, depth, side * front, albedo, uv, decals[decal].number);
 }

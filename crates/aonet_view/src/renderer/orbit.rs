@@ -1,6 +1,6 @@
 //! A camera that hands can move: around a point, or through the scene.
 
-use aonet::{Camera, Projection, Result};
+use aonet::{Camera, Result, Size};
 use aonet_scene::View;
 use glam::Vec3;
 
@@ -83,12 +83,12 @@ impl Orbit {
         self.distance = (self.distance * factor).clamp(DISTANCES.0, DISTANCES.1);
     }
 
-    /// The camera with a vertical field of view (rad), for `size` (width, height) (px).
+    /// The camera with a vertical field of view (rad), for pictures of `size`.
     ///
     /// # Errors
     /// When a number is out of range.
-    pub fn camera(&self, fov_y: f32, size: (usize, usize), near: f32) -> Result<Camera> {
-        Camera::look_at((self.eye(), self.target, Vec3::Y), Projection::Perspective { fov_y }, size, near)
+    pub fn camera(&self, fov_y: f32, size: Size, near: f32) -> Result<Camera> {
+        Camera::perspective(fov_y, size)?.with_near(near)?.looking_at(self.eye(), self.target, Vec3::Y)
     }
 }
 
@@ -112,8 +112,8 @@ mod tests {
             near(orbit.eye(), eye);
             near(orbit.target, target);
             near(orbit.forward(), (target - eye).normalize());
-            let camera = orbit.camera(1.0, (8, 8), 0.1).unwrap();
-            near(camera.view_from_world.transform_vector3(orbit.right()), Vec3::X);
+            let camera = orbit.camera(1.0, Size::px(8, 8), 0.1).unwrap();
+            near(camera.view_from_world().transform_vector3(orbit.right()), Vec3::X);
         }
     }
 
@@ -151,9 +151,9 @@ mod tests {
         for _ in 0..100 {
             orbit.turn(1.0, 1.0);
             orbit.zoom(1e-3);
-            orbit.camera(1.0, (8, 8), 0.0).unwrap();
+            orbit.camera(1.0, Size::px(8, 8), 0.0).unwrap();
         }
         orbit.zoom(f32::MAX);
-        assert!(orbit.camera(1.0, (8, 8), 0.0).is_ok());
+        assert!(orbit.camera(1.0, Size::px(8, 8), 0.0).is_ok());
     }
 }

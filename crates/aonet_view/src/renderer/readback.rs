@@ -3,7 +3,7 @@
 use super::{Method, Renderer};
 use crate::{Error, Result};
 use aonet::gpu::{scoped, wgpu};
-use aonet::{AoImage, Camera, GBuffer};
+use aonet::{AoImage, Camera, GBuffer, Size};
 use half::f16;
 use image::RgbImage;
 
@@ -68,14 +68,14 @@ pub fn drawn(renderer: &Renderer, camera: &Camera) -> Result<Drawn> {
 /// # Errors
 /// As [`picture`], and when the last frame did not show the method.
 pub fn visibility(renderer: &Renderer, method: Method) -> Result<AoImage> {
-    let (width, height) = renderer.size();
+    let size = Size::new(renderer.size().0, renderer.size().1)?;
     let texture = &renderer.occlusion.visibility(method).texture;
-    if (texture.width() as usize, texture.height() as usize) != (width, height) {
+    if (texture.width() as usize, texture.height() as usize) != renderer.size() {
         return Err(Error::request("method", "one of the last frame", method));
     }
     let texels = texels(renderer, texture)?;
     let values = texels.as_chunks().0.iter().map(|b| f16::from_le_bytes(*b).to_f32());
-    Ok(AoImage::new(width, height, values.collect())?)
+    Ok(AoImage::new(size, values.collect())?)
 }
 
 /// Three of four halves a texel.

@@ -6,7 +6,6 @@ use super::method::Method;
 use super::occlusion::Occlusion;
 use super::stopwatch::Stopwatch;
 use super::targets::{self, Targets};
-use aonet::Projection;
 use aonet::gpu::wgpu;
 use aonet::metrics::ERROR_SCALE;
 
@@ -57,24 +56,25 @@ pub(super) fn source() -> String {
 /// The struct `Shade` of the shader.
 fn shade_bytes(frame: &FrameParams) -> Vec<u8> {
     let camera = &frame.camera;
-    let world_from_view = camera.view_from_world.matrix3.transpose();
+    let world_from_view = camera.view_from_world().matrix3.transpose();
     let columns = world_from_view.to_cols_array_2d().map(|[x, y, z]| [x, y, z, 0.0]);
-    let to_edge = match camera.projection {
-        Projection::Perspective { .. } => 0.5 / camera.focal_px(),
-        // Every ray looks the same way.
-        Projection::Orthographic { .. } => 0.0,
-    };
-    let half_image = [to_edge * camera.width as f32, to_edge * camera.height as f32];
-    let split = (frame.split * camera.width as f32).round() as u32;
+    let size = [camera.width() as f32, camera.height() as f32];
+    let ([x, y], [focal_x, focal_y]) = (camera.centre_px(), camera.focal_px());
+    // Parallel rays all look the same way.
+    let per_pixel = if camera.is_perspective() { [1.0 / focal_x, 1.0 / focal_y] } else { [0.0; 2] };
+    let half_image = [0.5 * per_pixel[0] * size[0], 0.5 * per_pixel[1] * size[1]];
+    let middle = [per_pixel[0] * (0.5 * size[0] - x), per_pixel[1] * (y - 0.5 * size[1])];
+    let split = (frame.split * camera.width() as f32).round() as u32;
     let show = match frame.show {
         Show::Shaded => 0,
         Show::Visibility => 1,
         Show::Normals => 2,
         Show::Error => 3,
     };
-    let words = [camera.width as u32, camera.height as u32, split, show];
+    let words = [camera.width() as u32, camera.height() as u32, split, show];
     let mut all = bytes(columns.into_iter().flatten().chain(half_image));
     all.extend(words.into_iter().flat_map(u32::to_le_bytes));
+    all.extend(bytes(middle));
     all.resize(SHADE_BYTES as usize, 0);
     all
 }

@@ -9,6 +9,8 @@ struct Shade {
     /// First column of the second method [px].
     split: u32,
     show: u32,
+    /// View-space x and y at distance 1 of the picture's middle.
+    middle: vec2<f32>,
 }
 
 const SHADED: u32 = 0u;
@@ -63,7 +65,7 @@ fn lit(normal_view: vec3<f32>, albedo: vec3<f32>, visibility: f32) -> vec3<f32> 
 
 fn sky(pixel: vec2<u32>) -> vec3<f32> {
     let at = (vec2<f32>(pixel) + 0.5) / vec2<f32>(shade.size) * vec2(2.0, -2.0) + vec2(-1.0, 1.0);
-    let up = normalize(shade.world_from_view * vec3(at * shade.half_image, -1.0)).y;
+    let up = normalize(shade.world_from_view * vec3(at * shade.half_image + shade.middle, -1.0)).y;
     return tone_mapped(mix(vec3(0.42, 0.46, 0.50), vec3(0.22, 0.33, 0.48), smoothstep(-0.2, 0.8, up)));
 }
 

@@ -190,8 +190,8 @@ mod tests {
         let before = viewer.orbit.target;
         drag(&mut viewer, MouseButton::Middle, [(20.0, 50.0), (10.0, -20.0)]);
         let camera = viewer.frame((200, 100)).unwrap().camera;
-        let p = camera.view_from_world.transform_point3(before);
-        let (x, y) = (p.x / -p.z * camera.focal_px(), p.y / -p.z * camera.focal_px());
+        let p = camera.view_from_world().transform_point3(before);
+        let (x, y) = (p.x / -p.z * camera.focal_px()[0], p.y / -p.z * camera.focal_px()[1]);
         assert!((x - 10.0).abs() < 0.01 && (y - 20.0).abs() < 0.01, "{x} {y}");
     }
 

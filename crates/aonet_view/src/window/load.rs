@@ -103,8 +103,8 @@ mod tests {
         let bounds = scene.bounds();
         for i in 0..8 {
             let pick = |axis: usize| if i >> axis & 1 == 0 { bounds.min[axis] } else { bounds.max[axis] };
-            let p = camera.view_from_world.transform_point3(glam::Vec3::new(pick(0), pick(1), pick(2)));
-            let edge = -p.z * 32.0 / camera.focal_px();
+            let p = camera.view_from_world().transform_point3(glam::Vec3::new(pick(0), pick(1), pick(2)));
+            let edge = -p.z * 32.0 / camera.focal_px()[1];
             assert!(p.z < -view.near && p.x.abs() <= edge && p.y.abs() <= edge, "{p}");
         }
     }

@@ -79,7 +79,7 @@ pub(super) fn scores(renderer: &Renderer, of: &FrameParams) -> Result<Option<Str
     let sides = [of.methods[0], of.methods[1]].into_iter().zip([of.split > 0.0, of.split < 1.0]);
     for (method, _) in sides.filter(|(method, seen)| *seen && *method != Method::Reference) {
         let image = match method {
-            Method::Off => aonet::AoImage::open(reference.width(), reference.height())?,
+            Method::Off => aonet::AoImage::open(reference.size()),
             method => readback::visibility(renderer, method)?,
         };
         let compared = metrics::compare(&reference, &image, Some(&foreground))?;

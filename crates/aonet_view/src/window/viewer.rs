@@ -5,7 +5,7 @@ use super::graph::History;
 use super::load::{Loaded, Loading, coloured};
 use crate::renderer::{CameraPath, FrameParams, Method, Orbit, Show};
 use crate::{Error, Result};
-use aonet::AoParams;
+use aonet::{AoParams, Size};
 use aonet_scene::View;
 use aonet_scene::trace::Tracer;
 use glam::Vec3;
@@ -88,6 +88,7 @@ impl Viewer {
     /// # Errors
     /// When hands have set what cannot be.
     pub(super) fn frame(&self, size: (usize, usize)) -> Result<FrameParams> {
+        let size = Size::new(size.0, size.1)?;
         let camera = self.orbit.camera(self.view.fov_y_deg.to_radians(), size, self.view.near)?;
         Ok(FrameParams {
             camera,

@@ -1,7 +1,7 @@
 //! The textures of a frame: what a session reads and what it writes.
 
 use crate::error::{Error, Result};
-use crate::frame::camera::Projection;
+use crate::frame::size::Size;
 use crate::gpu::options::{DepthEncoding, Frame, NormalSpace, Options};
 use crate::gpu::wgpu_30::context::Context;
 use crate::gpu::wgpu_30::device::scoped;
@@ -132,7 +132,7 @@ pub(crate) fn check_size(device: &wgpu::Device, (width, height): (usize, usize))
 }
 
 /// Bytes of the struct `Frame` of `surface.wgsl`.
-const FRAME_BYTES: usize = 80;
+const FRAME_BYTES: usize = 96;
 
 /// That struct.
 ///
@@ -143,21 +143,14 @@ fn frame_bytes(
     frame: &Frame,
     (width, height): (usize, usize),
 ) -> Result<[u8; FRAME_BYTES]> {
-    let camera = frame.camera.checked()?;
-    if (camera.width, camera.height) != (width, height) {
-        let found = format!("{}x{}", camera.width, camera.height);
-        return Err(Error::size("camera of a frame", format!("{width}x{height}"), found));
-    }
-    let radius = crate::AoParams::new(frame.params.radius)?.radius;
+    let (camera, radius) = (frame.camera, frame.params.radius());
+    Size::new(width, height)?.expect("camera of a frame", camera.size())?;
     let view_from_normals = match options.normal_space {
         NormalSpace::View => Mat3A::IDENTITY,
-        NormalSpace::World => camera.view_from_world.matrix3,
+        NormalSpace::World => camera.view_from_world().matrix3,
     };
-    let inverse_focal = 1.0 / camera.focal_px();
-    let pixel_size = match camera.projection {
-        Projection::Perspective { .. } => [inverse_focal, 0.0],
-        Projection::Orthographic { .. } => [0.0, inverse_focal],
-    };
+    let [focal_x, focal_y] = camera.focal_px();
+    let pixel_size = if camera.is_perspective() { [1.0 / focal_y, 0.0] } else { [0.0, 1.0 / focal_y] };
     let mut words = [0u32; FRAME_BYTES / 4];
     let mut put = |at: usize, values: &[f32]| {
         words[at..at + values.len()].iter_mut().zip(values).for_each(|(word, v)| *word = v.to_bits());
@@ -168,6 +161,8 @@ fn frame_bytes(
     put(14, &depth_line(options.depth, frame)?);
     put(16, &pixel_size);
     put(18, &[radius, camera.projected_px(radius, 1.0).log2()]);
+    put(20, &camera.centre_px());
+    put(22, &[focal_y / focal_x]);
     (words[12], words[13]) = (width as u32, height as u32);
     let mut bytes = [0; FRAME_BYTES];
     bytes.chunks_exact_mut(4).zip(words).for_each(|(bytes, word)| bytes.copy_from_slice(&word.to_le_bytes()));
@@ -176,8 +171,8 @@ fn frame_bytes(
 
 /// Slope and offset that make a distance, or with perspective its inverse, of a stored depth.
 fn depth_line(encoding: DepthEncoding, frame: &Frame) -> Result<[f32; 2]> {
-    let perspective = matches!(frame.camera.projection, Projection::Perspective { .. });
-    let (near, far) = (f64::from(frame.camera.near), f64::from(frame.far));
+    let perspective = frame.camera.is_perspective();
+    let (near, far) = (f64::from(frame.camera.near()), f64::from(frame.far));
     let at = |v: f64| if perspective { 1.0 / v } else { v };
     let (at_0, at_1) = match encoding {
         DepthEncoding::Linear => return Ok([1.0, 0.0]),

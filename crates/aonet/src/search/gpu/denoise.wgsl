@@ -46,9 +46,10 @@ fn main(
     // From pixel to pixel on the screen, positions move by their size and by their difference in depth along the ray: so
     // does the distance from the plane.
     let tolerance = 1.0 / (PLANE * frame.radius);
-    let aside = vec2(normal.x, -normal.y) * (frame.pixel_size.x * depth + frame.pixel_size.y);
-    let ray_aside = vec2(normal.x, -normal.y) * frame.pixel_size.x;
-    let ray = dot(ray_aside, vec2<f32>(pixel) + 0.5 - 0.5 * vec2<f32>(frame.size)) - normal.z;
+    let across = vec2(normal.x * frame.aspect, -normal.y);
+    let aside = across * (frame.pixel_size.x * depth + frame.pixel_size.y);
+    let ray_aside = across * frame.pixel_size.x;
+    let ray = dot(ray_aside, vec2<f32>(pixel) + 0.5 - frame.centre) - normal.z;
     var sum = 0.0;
     var weights = 0.0;
     for (var dy = 0u; dy <= 2u * REACH; dy++) {

@@ -23,7 +23,7 @@ fn look(p: Pixel, point: vec3<f32>) -> vec2<f32> {
         return vec2(0.0, -1.0);
     }
     let scale = 1.0 / (frame.pixel_size.y - frame.pixel_size.x * point.z);
-    let place = vec2(point.x, -point.y) * scale + 0.5 * vec2<f32>(frame.size) - 0.5;
+    let place = vec2(point.x / frame.aspect, -point.y) * scale + frame.centre - 0.5;
     let z = -depth_at(vec2<u32>(nearest(place)));
     return vec2(z, select(-1.0, z - point.z, inside(place)));
 }

@@ -136,7 +136,7 @@ impl Sized {
         method: &Classic,
         size: (usize, usize),
     ) -> Result<Self> {
-        crate::frame::camera::check_size("session", size.0, size.1)?;
+        crate::Size::new(size.0, size.1)?;
         view::check_size(&context.device, size)?;
         scoped(&context.device, "session", || {
             let pixels = || context.storage("visibility", size.0 * size.1 * size_of::<f32>());

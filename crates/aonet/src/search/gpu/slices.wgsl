@@ -6,9 +6,9 @@ fn tap_distance(p: Pixel, step: u32, share: f32) -> f32 {
     return max(share * (p.radius_px * RADIUS_SCALE), 1.0 + f32(step));
 }
 
-/// How far on the screen so many pixels along, or against, a slice are.
+/// How far on the screen so many pixels, by their height, along, or against, a slice are.
 fn offset_in(s: Slice, pixels: f32) -> vec2<f32> {
-    return vec2(s.direction.x, -s.direction.y) * pixels;
+    return vec2(s.direction.x / frame.aspect, -s.direction.y) * pixels;
 }
 
 /// Where an occluder is in a slice, seen from the pixel: towards the viewer, and along [world units].

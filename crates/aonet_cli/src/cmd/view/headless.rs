@@ -79,5 +79,5 @@ fn camera(stage: &Stage, i: usize, frames: usize) -> Result<Camera> {
         None => None,
     };
     let Some(orbit) = orbit else { return Ok(view.camera()?) };
-    Ok(orbit.camera(view.fov_y_deg.to_radians(), (view.width, view.height), view.near)?)
+    Ok(orbit.camera(view.fov_y_deg.to_radians(), aonet::Size::new(view.width, view.height)?, view.near)?)
 }

@@ -5,7 +5,7 @@ use super::super::{Split, Work};
 use super::*;
 use crate::exr_file::{Plane, encode};
 use crate::frame::{Frame, FrameHints};
-use aonet::AoImage;
+use aonet::{AoImage, Size};
 use aonet_scene::reference::{Sampling, reference_ao};
 use aonet_scene::trace::Tracer;
 use aonet_scene::{View, gbuffer};
@@ -145,11 +145,11 @@ fn a_triple_becomes_the_frame_it_came_from() {
     assert_close(&frame);
     assert_eq!(frame.radius, Some(0.5));
     let (found, expected) = (frame.gbuffer.camera(), FRAME.gbuffer.camera());
-    assert_eq!(found.projection, expected.projection);
+    assert_eq!(found.projection(), expected.projection());
     assert!(
         std::panic::catch_unwind(|| {
             let mut other = FRAME.clone();
-            other.ao = Some(AoImage::open(48, 32).unwrap());
+            other.ao = Some(AoImage::open(Size::px(48, 32)));
             assert_close(&other);
         })
         .is_err()

@@ -3,7 +3,7 @@
 use super::{Import, NormalCoding};
 use crate::exr_file::{Channel, ExrFile};
 use crate::frame::{Frame, channels};
-use aonet::{AoImage, GBuffer};
+use aonet::{AoImage, GBuffer, Size};
 use aonet_scene::error::{Error, Result};
 use aonet_scene::view::View;
 use glam::Vec3;
@@ -194,5 +194,5 @@ fn visible(mut values: Vec<f32>, gbuffer: &GBuffer) -> aonet::Result<AoImage> {
             return Err(aonet::Error::value(what, "a number in [0, 1]", *v));
         }
     }
-    AoImage::new(width, height, values)
+    AoImage::new(Size::new(width, height)?, values)
 }

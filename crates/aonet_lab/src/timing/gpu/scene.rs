@@ -1,8 +1,8 @@
 //! Textures of the timed frame, as a renderer has them.
 
-use crate::timing::{PARAMS, bump};
-use aonet::GBuffer;
+use crate::timing::{RADIUS, bump};
 use aonet::gpu::{DepthEncoding, Device, Frame, Options, Precision, Textures, wgpu};
+use aonet::{AoParams, GBuffer};
 use aonet_scene::Result;
 use half::f16;
 
@@ -33,7 +33,7 @@ impl Scene {
         ];
         Ok(Self {
             views: textures.map(|t| t.create_view(&Default::default())),
-            frame: Frame { camera: *gbuffer.camera(), far: f32::INFINITY, params: PARAMS },
+            frame: Frame { camera: *gbuffer.camera(), far: f32::INFINITY, params: AoParams::new(RADIUS)? },
         })
     }
 

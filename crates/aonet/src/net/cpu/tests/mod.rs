@@ -16,7 +16,7 @@ use crate::net::naive::{self, Planes};
 use crate::net::plan::{Buffer, HALO, Layout, Plan, Resample, Source};
 use crate::net::weights::{Tensor, Weights};
 use crate::simd::{Isa, Level};
-use crate::{AoImage, Camera, GBuffer, Projection};
+use crate::{AoImage, Camera, GBuffer, Size};
 
 /// Normalised mean square error. Measured: 3e-14 at most, from the order of summation.
 const MAX_NMSE: f64 = 1e-12;
@@ -231,8 +231,7 @@ fn images_of_any_height_are_cut_into_bands() {
 
 /// A wall in front of the camera, every fifth pixel background.
 fn wall(width: usize, height: usize) -> GBuffer {
-    let view = (glam::Vec3::ZERO, -glam::Vec3::Z, glam::Vec3::Y);
-    let camera = Camera::look_at(view, Projection::Perspective { fov_y: 0.1 }, (width, height), 0.0).unwrap();
+    let camera = Camera::perspective(0.1, Size::px(width, height)).unwrap();
     let depth = (0..width * height).map(|i| if i % 5 == 3 { f32::INFINITY } else { 1.0 }).collect();
     GBuffer::new(camera, depth, vec![[0.0, 0.0, 1.0]; width * height]).unwrap()
 }
@@ -281,7 +280,7 @@ fn check_head(channels: usize, (patch, kernel): (usize, KernelWeights), (width, 
         put(&features, &plan.buffers[0], arithmetic.lanes(), &mut arena);
         put(&naive::patch_partition(&guide, patch), &plan.buffers[1], arithmetic.lanes(), &mut arena);
         let mut workers = Workers::new(2, head.scratch_len()).unwrap();
-        let mut image = AoImage::open(width, height).unwrap();
+        let mut image = AoImage::open(Size::px(width, height));
         image.visibility_mut().fill(f32::NAN);
         head.run((&mut workers, &arena), (&gbuffer, &mut image), &base);
         let error = nmse(image.visibility(), &expected);
