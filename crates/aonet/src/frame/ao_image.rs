@@ -10,7 +10,7 @@ pub struct AoParams {
 }
 
 impl AoParams {
-    /// Parameters with the given radius [world units].
+    /// Parameters with the given radius (world units).
     ///
     /// # Errors
     /// When the radius is not finite or not above zero.
@@ -18,10 +18,10 @@ impl AoParams {
         if radius.is_finite() && radius > 0.0 {
             return Ok(Self { radius });
         }
-        Err(Error::value("radius", "a finite length > 0 [world units]", radius))
+        Err(Error::value("radius", "a finite length > 0 (world units)", radius))
     }
 
-    /// Length of the occlusion rays [world units], finite and > 0.
+    /// Length of the occlusion rays (world units), finite and > 0.
     pub fn radius(self) -> f32 {
         self.radius
     }
@@ -58,17 +58,17 @@ impl AoImage {
         Ok(Self { size, visibility })
     }
 
-    /// Size [px].
+    /// Size (px).
     pub fn size(&self) -> Size {
         self.size
     }
 
-    /// Width [px].
+    /// Width (px).
     pub fn width(&self) -> usize {
         self.size.width()
     }
 
-    /// Height [px].
+    /// Height (px).
     pub fn height(&self) -> usize {
         self.size.height()
     }

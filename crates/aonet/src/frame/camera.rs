@@ -15,12 +15,12 @@ use glam::{Affine3A, Mat3A, Mat4, Vec3, Vec3A};
 pub enum Projection {
     /// Pinhole.
     Perspective {
-        /// Vertical field of view [rad], in (0, pi).
+        /// Vertical field of view (rad), in (0, pi).
         fov_y: f32,
     },
     /// Parallel rays.
     Orthographic {
-        /// Height of the image plane [world units], > 0.
+        /// Height of the image plane (world units), > 0.
         height: f32,
     },
 }
@@ -56,7 +56,7 @@ impl Camera {
         let height_px = size.height() as f32;
         let (is_perspective, focal) = match projection {
             Projection::Perspective { fov_y } if !(fov_y > 0.0 && fov_y < std::f32::consts::PI) => {
-                return Err(Error::value("camera fov_y [rad]", "an angle in (0, pi)", fov_y));
+                return Err(Error::value("camera fov_y (rad)", "an angle in (0, pi)", fov_y));
             }
             Projection::Orthographic { height } if !(height > 0.0 && height.is_finite()) => {
                 return Err(Error::value("camera orthographic height", "a finite length > 0", height));
@@ -70,7 +70,7 @@ impl Camera {
         Self { size, is_perspective, focal_px, centre_px, near: 0.0, view_from_world }.checked()
     }
 
-    /// A pinhole camera with a vertical field of view [rad], otherwise as [`Camera::new`].
+    /// A pinhole camera with a vertical field of view (rad), otherwise as [`Camera::new`].
     ///
     /// # Errors
     /// When the field of view is not in (0, pi).
@@ -78,7 +78,7 @@ impl Camera {
         Self::new(Projection::Perspective { fov_y }, size)
     }
 
-    /// An orthographic camera whose image plane has the given height [world units], otherwise as [`Camera::new`].
+    /// An orthographic camera whose image plane has the given height (world units), otherwise as [`Camera::new`].
     ///
     /// # Errors
     /// When the height is not finite or not above zero.
@@ -123,7 +123,7 @@ impl Camera {
         camera.with_near(near_of(m, is_perspective, depth))
     }
 
-    /// The same camera with its near plane at a distance along -Z [world units]; nothing nearer is seen.
+    /// The same camera with its near plane at a distance along -Z (world units); nothing nearer is seen.
     ///
     /// # Errors
     /// When the distance is not finite or below 0.
@@ -140,7 +140,7 @@ impl Camera {
         Self { focal_px, ..self }.checked()
     }
 
-    /// The same camera with its axis through another place of the picture [px from its upper left corner]; the
+    /// The same camera with its axis through another place of the picture (px from its upper left corner); the
     /// place may lie outside.
     ///
     /// # Errors
@@ -189,7 +189,7 @@ impl Camera {
     }
 
     /// The camera of a part of the picture: of `size`, with its upper left corner at column `left` and row `top` of
-    /// this picture [px]. The part may reach beyond the picture.
+    /// this picture (px). The part may reach beyond the picture.
     ///
     /// # Errors
     /// When a centre would not be a number.
@@ -227,17 +227,17 @@ impl Camera {
         Ok(self)
     }
 
-    /// Size of the picture [px].
+    /// Size of the picture (px).
     pub fn size(&self) -> Size {
         self.size
     }
 
-    /// Width of the picture [px].
+    /// Width of the picture (px).
     pub fn width(&self) -> usize {
         self.size.width()
     }
 
-    /// Height of the picture [px].
+    /// Height of the picture (px).
     pub fn height(&self) -> usize {
         self.size.height()
     }
@@ -261,12 +261,12 @@ impl Camera {
         self.focal_px
     }
 
-    /// The place that the camera's axis meets [px from the picture's upper left corner]: x to the right, y down.
+    /// The place that the camera's axis meets (px from the picture's upper left corner): x to the right, y down.
     pub fn centre_px(&self) -> [f32; 2] {
         self.centre_px
     }
 
-    /// Distance of the near plane along -Z [world units], >= 0.
+    /// Distance of the near plane along -Z (world units), >= 0.
     pub fn near(&self) -> f32 {
         self.near
     }
@@ -276,7 +276,7 @@ impl Camera {
         self.view_from_world
     }
 
-    /// Length in pixels, along y, of a `length` [world units] seen at `depth` [world units along -Z].
+    /// Length in pixels, along y, of a `length` (world units) seen at `depth` (world units along -Z).
     pub fn projected_px(&self, length: f32, depth: f32) -> f32 {
         match self.is_perspective {
             true => length * self.focal_px[1] / depth,

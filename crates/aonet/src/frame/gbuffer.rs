@@ -21,7 +21,7 @@ pub struct GBuffer {
 }
 
 impl GBuffer {
-    /// A frame from HxW `depth` (distance along -Z [world units], > 0, infinite on the background) and
+    /// A frame from HxW `depth` (distance along -Z (world units), > 0, infinite on the background) and
     /// HxW view-space `normal` (unit length; ignored and set to zero on the background).
     ///
     /// Interpolated shading normals may look away from the viewer near silhouettes, so single pixels with
@@ -69,22 +69,22 @@ impl GBuffer {
         &self.camera
     }
 
-    /// Size [px].
+    /// Size (px).
     pub fn size(&self) -> Size {
         self.camera.size()
     }
 
-    /// Width [px].
+    /// Width (px).
     pub fn width(&self) -> usize {
         self.camera.width()
     }
 
-    /// Height [px].
+    /// Height (px).
     pub fn height(&self) -> usize {
         self.camera.height()
     }
 
-    /// HxW distances along -Z [world units], row by row from the top; infinite on the background.
+    /// HxW distances along -Z (world units), row by row from the top; infinite on the background.
     pub fn depth(&self) -> &[f32] {
         &self.depth
     }

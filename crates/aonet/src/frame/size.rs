@@ -3,10 +3,10 @@
 use crate::error::{Error, Result};
 use std::fmt;
 
-/// The largest width or height of an image [px]: every pixel count then fits into `u32`.
+/// The largest width or height of an image (px): every pixel count then fits into `u32`.
 pub const MAX_SIDE: usize = 32_768;
 
-/// Width and height of an image [px], each in `1..=`[`MAX_SIDE`].
+/// Width and height of an image (px), each in `1..=`[`MAX_SIDE`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Size {
     width: usize,
@@ -14,7 +14,7 @@ pub struct Size {
 }
 
 impl Size {
-    /// A size of `width` x `height` [px].
+    /// A size of `width` x `height` (px).
     ///
     /// # Errors
     /// When a side is 0 or larger than [`MAX_SIDE`].
@@ -26,7 +26,7 @@ impl Size {
         Err(Error::size("image", expected, format!("{width}x{height}")))
     }
 
-    /// A size that is a constant of the program [px].
+    /// A size that is a constant of the program (px).
     ///
     /// # Panics
     /// When a side is 0 or larger than [`MAX_SIDE`]. Use [`Size::new`] for sizes from outside.
@@ -35,12 +35,12 @@ impl Size {
         Self { width, height }
     }
 
-    /// Width [px].
+    /// Width (px).
     pub const fn width(self) -> usize {
         self.width
     }
 
-    /// Height [px].
+    /// Height (px).
     pub const fn height(self) -> usize {
         self.height
     }

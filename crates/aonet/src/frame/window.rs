@@ -6,9 +6,9 @@ use crate::frame::size::Size;
 /// Pixels of guard band on each side of a picture: methods read them, results do not contain them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub struct Margin {
-    /// Columns on the left and as many on the right [px].
+    /// Columns on the left and as many on the right (px).
     pub x: usize,
-    /// Rows above and as many below [px].
+    /// Rows above and as many below (px).
     pub y: usize,
 }
 
@@ -47,17 +47,17 @@ impl Window {
         Self { size, margin: Margin::NONE, buffer: size }
     }
 
-    /// Size of the picture [px].
+    /// Size of the picture (px).
     pub const fn size(self) -> Size {
         self.size
     }
 
-    /// The guard band [px].
+    /// The guard band (px).
     pub const fn margin(self) -> Margin {
         self.margin
     }
 
-    /// Size of the picture with its guard band [px].
+    /// Size of the picture with its guard band (px).
     pub const fn buffer_size(self) -> Size {
         self.buffer
     }
