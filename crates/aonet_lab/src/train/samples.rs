@@ -206,7 +206,6 @@ fn symmetry(augment: Augment, random: &mut Random) -> Symmetry {
 mod tests {
     use super::*;
     use aonet::{Camera, Projection, Size};
-    use glam::Vec3;
 
     /// Height z(x, y) = a x + b y has normal (-a, -b, 1) up to length: turning the image must turn the normal with it.
     #[test]
