@@ -5,7 +5,6 @@
 
 pub mod error;
 pub mod frame;
-#[cfg(feature = "gpu")]
 pub mod gpu;
 pub mod metrics;
 pub mod net;

@@ -172,7 +172,7 @@ fn a_resized_session_its_sibling_and_a_new_one_agree() {
     let sibling = resized.sibling((70, 40)).unwrap();
     resized.resize((70, 40)).unwrap();
     assert!(resized.resize((0, 40)).is_err() && resized.resize((70, 1 << 16)).is_err());
-    assert_eq!(resized.plan().size, (70, 40), "an error changes nothing");
+    assert_eq!(resized.size(), (70, 40), "an error changes nothing");
     let new = encode(&device, &session(&device, &model, (70, 40), OPTIONS), &gbuffer, OPTIONS.output);
     for (session, what) in [(&resized, "resized"), (&sibling, "sibling"), (&resized, "again")] {
         assert_eq!(encode(&device, session, &gbuffer, OPTIONS.output), new, "{what}");

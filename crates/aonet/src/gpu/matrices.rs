@@ -14,8 +14,8 @@ const ENOUGH_WORKGROUPS: usize = 256;
 
 /// The products of matrices that a device computes: squares of half floats, added up in 32 bits.
 ///
-/// A device has to be made with [`Matrices::FEATURES`], one of which is experimental in wgpu:
-/// [`Device`](super::Device) takes them only after a trial.
+/// A device has to be made with the features that they need, one of which is experimental in wgpu: `Device` takes them only
+/// after a trial.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Matrices {
     /// Rows and columns: 8 or 16.
@@ -28,38 +28,8 @@ pub struct Matrices {
 }
 
 impl Matrices {
-    /// What a device needs for them.
-    pub const FEATURES: wgpu::Features = wgpu::Features::EXPERIMENTAL_COOPERATIVE_MATRIX
-        .union(wgpu::Features::SUBGROUP)
-        .union(wgpu::Features::SHADER_F16);
-
-    /// The largest that an adapter has; none where it has none, or where subgroups are not all of one size.
-    pub fn of(adapter: &wgpu::Adapter) -> Option<Self> {
-        use wgpu::CooperativeScalarType::{F16, F32};
-        let info = adapter.get_info();
-        let lanes = info.subgroup_min_size;
-        let one_size = info.subgroup_max_size == lanes && [8, 16, 32, 64].contains(&lanes);
-        if !(adapter.features().contains(Self::FEATURES) && one_size) {
-            return None;
-        }
-        let properties = adapter.cooperative_matrix_properties();
-        let side = |side: &u32| {
-            properties.iter().any(|p| {
-                (p.ab_type, p.cr_type) == (F16, F32)
-                    && [p.m_size, p.n_size, p.k_size].iter().all(|s| s == side)
-            })
-        };
-        let side = [16, 8].into_iter().filter(|side| *side <= lanes).find(side)?;
-        Some(Self {
-            side: side as usize,
-            lanes: lanes as usize,
-            #[cfg(test)]
-            spelt_out: false,
-        })
-    }
-
     /// Subgroups of a workgroup.
-    #[cfg(not(target_arch = "wasm32"))]
+    #[cfg(all(feature = "gpu", not(target_arch = "wasm32")))]
     pub(crate) fn waves(self) -> usize {
         WAVES
     }

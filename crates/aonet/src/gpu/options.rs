@@ -1,9 +1,10 @@
-//! What a session is told once, and what it is told every frame.
+//! How a program is built, and the parameters of a frame.
 
 use crate::frame::ao_image::AoParams;
 use crate::frame::camera::Camera;
 use crate::gpu::matrices::Matrices;
 use crate::net::config::{Channel, Features};
+use serde::{Deserialize, Serialize};
 
 /// Numbers that activations and weights are stored and multiplied in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -11,7 +12,7 @@ pub enum Precision {
     /// 32-bit floats, everywhere.
     F32,
     /// 16-bit floats where the device has `SHADER_F16` and the features of the network fit, else 32-bit ones. Long sums
-    /// are added up in 32 bits. [`Session::precision`](super::Session::precision) says what it came to.
+    /// are added up in 32 bits. A session reports what it came to.
     #[default]
     F16,
 }
@@ -25,37 +26,31 @@ pub enum Kernels {
     /// Filters are read once a subgroup where the device has `SUBGROUP`, else as [`Kernels::Plain`]. Which of the two is faster
     /// depends on the device: `aonet bench --device gpu` tells.
     Subgroups,
-    /// As products of matrices where the precision comes to half floats, and the device is one that was made with
-    /// [`Matrices::FEATURES`]; else as [`Kernels::Plain`].
+    /// As products of matrices where the precision comes to half floats, and the device was made with the features that
+    /// these need; else as [`Kernels::Plain`].
     Matrices(Matrices),
 }
 
 impl Precision {
-    /// What it comes to on a device for a network that sees these features: positions and depths in world units may be
-    /// anything, and do not fit in 16 bits.
-    pub fn on(self, device: &wgpu::Device, features: Features) -> Self {
+    /// What it comes to for a network that sees these features: positions and depths in world units may be anything, and do
+    /// not fit in 16 bits.
+    pub(crate) fn of(self, features: Features) -> Self {
         let fits = features.channels().iter().all(|channel| match channel {
             Channel::Normal(_) | Channel::NormalEncoded(_) => true,
             Channel::DepthNormalized | Channel::ProjectedRadius | Channel::HorizonOcclusion => true,
             Channel::Position(_) | Channel::Depth => false,
         });
-        match device.features().contains(wgpu::Features::SHADER_F16) && fits {
-            true => self,
-            false => Self::F32,
-        }
+        if fits { self } else { Self::F32 }
     }
 }
 
 impl Kernels {
-    /// What they come to on a device, for what the precision comes to there.
-    pub fn on(self, device: &wgpu::Device, precision: Precision) -> Self {
-        let has = |features| device.features().contains(features);
-        let there = match self {
-            Self::Plain => true,
-            Self::Subgroups => has(wgpu::Features::SUBGROUP),
-            Self::Matrices(_) => precision == Precision::F16 && has(Matrices::FEATURES),
-        };
-        if there { self } else { Self::Plain }
+    /// What they come to where the precision comes to this: products of matrices are of half floats.
+    pub(crate) fn of(self, precision: Precision) -> Self {
+        match self {
+            Self::Matrices(_) if precision != Precision::F16 => Self::Plain,
+            Self::Plain | Self::Subgroups | Self::Matrices(_) => self,
+        }
     }
 }
 
@@ -79,7 +74,8 @@ impl std::fmt::Display for Precision {
 }
 
 /// How a texture holds a normal. Any length but zero will do.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum NormalEncoding {
     /// x, y and z as they are: `Rgba16Float`, `Rgba32Float`, `Rgba8Snorm`.
     #[default]
@@ -93,7 +89,8 @@ pub enum NormalEncoding {
 }
 
 /// The space that normals are in.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum NormalSpace {
     /// The camera looks along -Z.
     #[default]
@@ -103,7 +100,8 @@ pub enum NormalSpace {
 }
 
 /// How a texture holds depth: a depth texture or a float texture with one channel.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum DepthEncoding {
     /// 1 at the near plane, 0 at the far plane and on the background.
     #[default]
@@ -114,39 +112,30 @@ pub enum DepthEncoding {
     Linear,
 }
 
-/// What a session is told once.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Options {
-    /// Numbers to compute with.
-    pub precision: Precision,
-    /// Instructions to compute with.
-    pub kernels: Kernels,
+/// What the textures of a frame hold.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct TextureEncoding {
     /// Encoding of the normals.
     pub normals: NormalEncoding,
     /// Their space.
     pub normal_space: NormalSpace,
     /// Encoding of the depth.
     pub depth: DepthEncoding,
-    /// Format of the AO texture: one that can be rendered to and holds a float in its first channel, such as `R8Unorm`
-    /// or `R16Float`.
-    pub output: wgpu::TextureFormat,
 }
 
-impl Default for Options {
-    /// View-space normals as they are, reversed depth, 8 bits of visibility, half floats where there are some.
-    fn default() -> Self {
-        Self {
-            precision: Precision::default(),
-            kernels: Kernels::default(),
-            normals: NormalEncoding::default(),
-            normal_space: NormalSpace::default(),
-            depth: DepthEncoding::default(),
-            output: wgpu::TextureFormat::R8Unorm,
-        }
-    }
+/// How a network's program is built.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct ProgramOptions {
+    /// Numbers to compute with.
+    pub precision: Precision,
+    /// Instructions to compute with.
+    pub kernels: Kernels,
+    /// What the frame's textures hold.
+    pub textures: TextureEncoding,
 }
 
-/// What a session is told every frame.
+/// The parameters of a frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Frame {
     /// The camera that saw the frame; of the session's size. Its near plane counts for depth that is not linear, and its

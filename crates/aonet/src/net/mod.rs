@@ -7,7 +7,6 @@ pub mod arch;
 pub mod config;
 pub mod cpu;
 pub mod features;
-#[cfg(feature = "gpu")]
 pub mod gpu;
 pub mod graph;
 pub mod model;

@@ -35,7 +35,6 @@ impl Cubic {
     }
 
     /// From the constant on.
-    #[cfg(feature = "gpu")]
     pub(crate) fn coefficients(self) -> [f32; 4] {
         self.0
     }

@@ -6,7 +6,6 @@
 pub mod agtao;
 mod cubic;
 mod denoise;
-#[cfg(feature = "gpu")]
 pub mod gpu;
 pub mod gtao;
 pub mod hbao;
@@ -195,7 +194,6 @@ impl Classic {
     }
 
     /// The filter after it.
-    #[cfg(feature = "gpu")]
     pub(crate) fn denoise(&self) -> Denoise {
         each!(self, params => params.denoise())
     }

@@ -1,24 +1,27 @@
-//! The passes of a frame, one after the other.
+//! The passes of a program on a device, one after the other.
 
 use crate::error::Result;
-use crate::gpu::image::Image;
-use crate::gpu::options::{Frame, Options};
-use crate::gpu::wgpu_30::context::Context;
-use crate::gpu::wgpu_30::cover::cleared;
-use crate::gpu::wgpu_30::pass::Pass;
+use crate::gpu::program::{Draw, Program};
+use crate::gpu::wgpu_30::cover::{cleared, covered_pipeline};
+use crate::gpu::wgpu_30::host::{Host, Ready, bound, group, layout, ty};
 use crate::gpu::wgpu_30::view::View;
 
-/// What is encoded for frames of one size.
+/// A program's buffers and passes on a device.
 #[derive(Debug)]
 pub(crate) struct Chain {
-    /// Width and height [px].
-    pub(crate) size: (usize, usize),
-    /// Begins with zeros every frame.
-    pub(crate) cleared: Option<wgpu::Buffer>,
+    /// These begin with zeros every frame.
+    cleared: Vec<wgpu::Buffer>,
     /// Passes that compute.
-    pub(crate) passes: Vec<Pass>,
-    /// The one that makes the AO texture.
-    pub(crate) image: Image,
+    passes: Vec<Ready>,
+    /// The pass that draws the AO texture.
+    image: Image,
+}
+
+/// The last pass.
+#[derive(Debug)]
+struct Image {
+    pipeline: wgpu::RenderPipeline,
+    group: wgpu::BindGroup,
 }
 
 /// Where the passes of a frame write when they begin and end.
@@ -28,20 +31,51 @@ pub struct Timestamps<'a> {
     pub queries: &'a wgpu::QuerySet,
 }
 
+impl Image {
+    fn new(
+        host: &Host,
+        draw: &Draw,
+        source: &str,
+        buffers: &[wgpu::Buffer],
+        output: wgpu::TextureFormat,
+    ) -> Self {
+        let types: Vec<_> = draw.bindings.iter().map(|binding| ty(*binding)).collect();
+        let own = layout(&host.device, "image", wgpu::ShaderStages::FRAGMENT, &types);
+        let groups = [&host.frame_layout, &own];
+        let pipeline = covered_pipeline(&host.device, ("image", source), &groups, output);
+        Self { pipeline, group: group(&host.device, "image", &own, &bound(&draw.bindings, buffers)) }
+    }
+
+    fn encode(&self, pass: &mut wgpu::RenderPass<'_>, frame: &wgpu::BindGroup) {
+        pass.set_pipeline(&self.pipeline);
+        pass.set_bind_group(0, frame, &[]);
+        pass.set_bind_group(1, &self.group, &[]);
+        pass.draw(0..3, 0..1);
+    }
+}
+
 impl Chain {
-    /// Encodes a frame; with timestamps, every pass on its own.
-    ///
     /// # Errors
-    /// When view or camera have another size, or the frame's numbers are out of range.
+    /// When a buffer is larger than a shader may see.
+    pub(crate) fn new(host: &Host, program: &Program, output: wgpu::TextureFormat) -> Result<Self> {
+        let buffers = host.buffers(program.buffers())?;
+        let cleared = program.buffers().iter().zip(&buffers).filter(|(described, _)| described.cleared);
+        let source = &program.shaders()[program.image.shader];
+        Ok(Self {
+            cleared: cleared.map(|(_, buffer)| buffer.clone()).collect(),
+            passes: host.passes(program, &buffers),
+            image: Image::new(host, &program.image, source, &buffers, output),
+        })
+    }
+
+    /// Encodes a frame whose numbers are written; with timestamps, every pass on its own.
     pub(crate) fn encode(
         &self,
-        of: (&Context, &Options),
         encoder: &mut wgpu::CommandEncoder,
-        (view, frame): (&View, &Frame),
+        view: &View,
         timestamps: Option<Timestamps<'_>>,
-    ) -> Result<()> {
-        view.begin(of, self.size, frame)?;
-        if let Some(buffer) = &self.cleared {
+    ) {
+        for buffer in &self.cleared {
             encoder.clear_buffer(buffer, 0, None);
         }
         match timestamps {
@@ -49,7 +83,6 @@ impl Chain {
             Some(timestamps) => self.encode_each_pass(encoder, view, timestamps),
         }
         self.encode_image(encoder, view, timestamps);
-        Ok(())
     }
 
     fn encode_passes(&self, encoder: &mut wgpu::CommandEncoder, view: &View) {
@@ -92,11 +125,5 @@ impl Chain {
             ..Default::default()
         });
         self.image.encode(&mut pass, &view.group);
-    }
-
-    /// Names of the passes in order.
-    pub(crate) fn labels(&self) -> Vec<&str> {
-        let labels = self.passes.iter().map(|p| p.label.as_str());
-        labels.chain(["image"]).collect()
     }
 }

@@ -1,5 +1,7 @@
 //! Render passes that cover their target: how shaders write formats of which few can be written otherwise.
 
+use crate::gpu::image::covering;
+
 /// A pipeline of one triangle that covers its target of `format`; `main` of the source, of which this adds the vertex stage
 /// `cover`, gives a pixel its value. To be drawn with three vertices.
 pub fn cover_pipeline(
@@ -8,10 +10,20 @@ pub fn cover_pipeline(
     groups: &[&wgpu::BindGroupLayout],
     format: wgpu::TextureFormat,
 ) -> wgpu::RenderPipeline {
+    covered_pipeline(device, (label, &covering(source)), groups, format)
+}
+
+/// The same for a source with its vertex stage.
+pub(crate) fn covered_pipeline(
+    device: &wgpu::Device,
+    (label, source): (&str, &str),
+    groups: &[&wgpu::BindGroupLayout],
+    format: wgpu::TextureFormat,
+) -> wgpu::RenderPipeline {
     let label = Some(label);
     let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
         label,
-        source: wgpu::ShaderSource::Wgsl(covering(source).into()),
+        source: wgpu::ShaderSource::Wgsl(source.into()),
     });
     let groups: Vec<_> = groups.iter().map(|group| Some(*group)).collect();
     let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
@@ -40,12 +52,6 @@ pub fn cover_pipeline(
         multiview_mask: None,
         cache: None,
     })
-}
-
-/// The whole shader of a source for [`cover_pipeline`].
-pub(crate) fn covering(source: &str) -> String {
-    // Behind the source, which may begin with what has to come first.
-    format!("{source}\n{}", include_str!("../cover.wgsl"))
 }
 
 /// A target that is cleared to `colour` and kept.

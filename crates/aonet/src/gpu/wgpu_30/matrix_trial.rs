@@ -3,21 +3,15 @@
 use crate::error::{Error, Result};
 use crate::gpu::matrices::Matrices;
 use crate::gpu::options::{Kernels, Precision};
+use crate::gpu::program::{Arithmetic, Binding, Dispatch, Dispatches};
 use crate::gpu::shader::Shader;
-use crate::gpu::wgpu_30::context::Context;
 use crate::gpu::wgpu_30::device::scoped;
-use crate::gpu::wgpu_30::pass::{Binding, Compiler, Pass, Recipe};
-use crate::gpu::wgpu_30::view;
+use crate::gpu::wgpu_30::host::Host;
 
 /// Whether every subgroup of a workgroup multiplies as it should. Waits for the device.
 pub(crate) fn succeeds(matrices: Matrices, device: &wgpu::Device, queue: &wgpu::Queue) -> bool {
-    let context = Context {
-        device: device.clone(),
-        queue: queue.clone(),
-        precision: Precision::F16,
-        kernels: Kernels::Matrices(matrices),
-    };
-    let products = scoped(device, "trial", || products(&context, matrices));
+    let host = Host::new((device, queue));
+    let products = scoped(device, "trial", || products(&host, matrices));
     products
         .is_ok_and(|products| products.chunks_exact(matrices.side.pow(2)).all(|p| p == expected(matrices)))
 }
@@ -38,18 +32,24 @@ fn expected(matrices: Matrices) -> Vec<f32> {
     (0..side * side).map(at).collect()
 }
 
-fn products(context: &Context, matrices: Matrices) -> Result<Vec<f32>> {
-    let (device, side) = (&context.device, matrices.side);
+fn products(host: &Host, matrices: Matrices) -> Result<Vec<f32>> {
+    let (device, side) = (&host.device, matrices.side);
     // The second factor lies column by column.
     let factors: Vec<_> = (0..side * side)
         .map(|i| factor(0, i / side, i % side))
         .chain((0..side * side).map(|i| factor(1, i % side, i / side)))
         .collect();
     let bytes = matrices.waves() * side * side * size_of::<f32>();
-    let (factors, products) = (context.reals("factors", &factors)?, context.storage("products", bytes)?);
-    let compiler = Compiler::new(device, view::layout(device));
-    let recipe = Recipe { label: "trial", shader: shader(matrices), sees_frame: false };
-    let pass = Pass::new(&compiler, &recipe, &[Binding::Read(&factors), Binding::Write(&products)], [1; 3]);
+    let arithmetic = Arithmetic { precision: Precision::F16, kernels: Kernels::Matrices(matrices) };
+    let mut list = Dispatches::default();
+    let factors = list.filled("factors", &arithmetic.reals(&factors));
+    let products = list.storage("products", bytes);
+    let dispatch =
+        Dispatch { label: "trial", shader: shader(matrices), sees_frame: false, workgroups: [1; 3] };
+    list.push(&dispatch, &[Binding::Read(factors), Binding::Write(products)]);
+    let buffers = host.buffers(&list.buffers)?;
+    let pass = host.pass(&list.passes[0], &list.shaders[0], &buffers, true);
+    let products = &buffers[products];
     let back = device.create_buffer(&wgpu::BufferDescriptor {
         label: Some("trial"),
         size: products.size(),
@@ -58,8 +58,8 @@ fn products(context: &Context, matrices: Matrices) -> Result<Vec<f32>> {
     });
     let mut encoder = device.create_command_encoder(&Default::default());
     pass.encode_alone(&mut encoder.begin_compute_pass(&Default::default()));
-    encoder.copy_buffer_to_buffer(&products, 0, &back, 0, products.size());
-    context.queue.submit([encoder.finish()]);
+    encoder.copy_buffer_to_buffer(products, 0, &back, 0, products.size());
+    host.queue.submit([encoder.finish()]);
     back.map_async(wgpu::MapMode::Read, .., |_| ());
     let lost = |found: String| Error::device("products of matrices", "some that can be read back", found);
     device.poll(wgpu::PollType::wait_indefinitely()).map_err(|e| lost(e.to_string()))?;

@@ -1,12 +1,14 @@
-//! Sessions on wgpu, version 30.
+//! Sessions on wgpu, version 30: the only folder that names it.
 
 pub(crate) mod chain;
-pub(crate) mod context;
 pub(crate) mod cover;
 pub(crate) mod device;
+pub(crate) mod host;
+mod matrices;
 #[cfg(not(target_arch = "wasm32"))]
 pub(crate) mod matrix_trial;
 #[cfg(not(target_arch = "wasm32"))]
 pub(crate) mod offscreen;
-pub(crate) mod pass;
+pub(crate) mod options;
+pub(crate) mod session;
 pub(crate) mod view;

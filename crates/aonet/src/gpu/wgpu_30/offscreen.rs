@@ -3,8 +3,10 @@
 use crate::error::{Error, Result};
 use crate::frame::ao_image::{AoImage, AoParams};
 use crate::frame::gbuffer::GBuffer;
-use crate::gpu::options::{DepthEncoding, Frame, Kernels, Options, Precision};
+use crate::gpu::options::{DepthEncoding, Frame, Kernels, Precision};
 use crate::gpu::wgpu_30::device::{Device, scoped};
+use crate::gpu::wgpu_30::options::Options;
+use crate::gpu::wgpu_30::session::Runner;
 use crate::gpu::wgpu_30::view::{Textures, View};
 use crate::net::gpu::Session;
 use crate::net::model::Model;
@@ -15,19 +17,13 @@ use crate::search::gpu::ClassicSession;
 #[derive(Debug)]
 pub struct Offscreen {
     device: Device,
-    session: Runs,
+    session: Runner,
+    precision: Precision,
     view: View,
     normal: wgpu::Texture,
     depth: wgpu::Texture,
     visibility: wgpu::Texture,
     back: wgpu::Buffer,
-}
-
-/// What runs.
-#[derive(Debug)]
-enum Runs {
-    Network(Session),
-    Classic(ClassicSession),
 }
 
 /// Frames in memory are floats.
@@ -50,7 +46,8 @@ impl Offscreen {
         let kernels = device.matrices.map_or(Kernels::Plain, Kernels::Matrices);
         let options = Options { precision, kernels, ..OPTIONS };
         let session = Session::new((&device.device, &device.queue), model, size, options)?;
-        Self::of(device, Runs::Network(session), size)
+        let precision = session.precision();
+        Self::of(device, session.into_runner(), precision)
     }
 
     /// The same for a classic method.
@@ -59,10 +56,11 @@ impl Offscreen {
     /// As [`ClassicSession::new`].
     pub fn classic(device: &Device, method: &Classic, size: (usize, usize)) -> Result<Self> {
         let session = ClassicSession::new((&device.device, &device.queue), method, size, OPTIONS)?;
-        Self::of(device, Runs::Classic(session), size)
+        Self::of(device, session.into_runner(), Precision::F32)
     }
 
-    fn of(device: &Device, session: Runs, size: (usize, usize)) -> Result<Self> {
+    fn of(device: &Device, session: Runner, precision: Precision) -> Result<Self> {
+        let size = session.size();
         scoped(&device.device, "textures", || {
             let texture = |format, usage| {
                 device.device.create_texture(&wgpu::TextureDescriptor {
@@ -89,7 +87,7 @@ impl Offscreen {
                 usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
                 mapped_at_creation: false,
             });
-            Ok(Self { device: device.clone(), session, view, normal, depth, visibility, back })
+            Ok(Self { device: device.clone(), session, precision, view, normal, depth, visibility, back })
         })
     }
 
@@ -113,7 +111,7 @@ impl Offscreen {
         let (width, height) = self.session.size();
         let frame = Frame { camera: *gbuffer.camera(), far: f32::INFINITY, params };
         let mut encoder = self.device.device.create_command_encoder(&Default::default());
-        self.session.encode(&mut encoder, &self.view, &frame)?;
+        self.session.encode(&mut encoder, (&self.view, &frame), None)?;
         self.upload(gbuffer);
         let layout = wgpu::TexelCopyBufferLayout {
             offset: 0,
@@ -161,33 +159,7 @@ impl Offscreen {
 
     /// The numbers that it computes with.
     pub fn precision(&self) -> Precision {
-        match &self.session {
-            Runs::Network(session) => session.precision(),
-            Runs::Classic(_) => Precision::F32,
-        }
-    }
-}
-
-impl Runs {
-    fn size(&self) -> (usize, usize) {
-        match self {
-            Self::Network(session) => session.plan().size,
-            Self::Classic(session) => session.size(),
-        }
-    }
-
-    fn view(&self, textures: Textures<'_>) -> Result<View> {
-        match self {
-            Self::Network(session) => session.view(textures),
-            Self::Classic(session) => session.view(textures),
-        }
-    }
-
-    fn encode(&self, encoder: &mut wgpu::CommandEncoder, view: &View, frame: &Frame) -> Result<()> {
-        match self {
-            Self::Network(session) => session.encode(encoder, view, frame),
-            Self::Classic(session) => session.encode(encoder, view, frame),
-        }
+        self.precision
     }
 }
 

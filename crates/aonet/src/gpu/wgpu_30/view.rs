@@ -1,11 +1,10 @@
 //! The textures of a frame: what a session reads and what it writes.
 
 use crate::error::{Error, Result};
-use crate::frame::size::Size;
-use crate::gpu::options::{DepthEncoding, Frame, NormalSpace, Options};
-use crate::gpu::wgpu_30::context::Context;
+use crate::gpu::options::Frame;
+use crate::gpu::program::Program;
+use crate::gpu::uniforms::FRAME_BYTES;
 use crate::gpu::wgpu_30::device::scoped;
-use glam::Mat3A;
 
 /// Views of textures of the session's size; all must be sampled once a pixel.
 #[derive(Debug, Clone, Copy)]
@@ -102,18 +101,13 @@ impl View {
     ///
     /// # Errors
     /// When view or camera have another size than the session, or the frame's numbers are out of range.
-    pub(crate) fn begin(
-        &self,
-        (context, options): (&Context, &Options),
-        (width, height): (usize, usize),
-        frame: &Frame,
-    ) -> Result<()> {
-        if self.size != (width, height) {
+    pub(crate) fn begin(&self, queue: &wgpu::Queue, program: &Program, frame: &Frame) -> Result<()> {
+        let (width, height) = program.size;
+        if self.size != program.size {
             let found = format!("{}x{}", self.size.0, self.size.1);
             return Err(Error::size("view of a session", format!("{width}x{height}"), found));
         }
-        let bytes = frame_bytes(options, frame, (width, height))?;
-        context.queue.write_buffer(&self.frame, 0, &bytes);
+        queue.write_buffer(&self.frame, 0, &program.frame_bytes(frame)?);
         Ok(())
     }
 }
@@ -129,62 +123,4 @@ pub(crate) fn check_size(device: &wgpu::Device, (width, height): (usize, usize))
             Err(Error::size("session", format!("sides of at most {most}"), found))
         }
     }
-}
-
-/// Bytes of the struct `Frame` of `surface.wgsl`.
-const FRAME_BYTES: usize = 96;
-
-/// That struct.
-///
-/// # Errors
-/// When the camera is of another size or out of range, or the planes are.
-fn frame_bytes(
-    options: &Options,
-    frame: &Frame,
-    (width, height): (usize, usize),
-) -> Result<[u8; FRAME_BYTES]> {
-    let (camera, radius) = (frame.camera, frame.params.radius());
-    Size::new(width, height)?.expect("camera of a frame", camera.size())?;
-    let view_from_normals = match options.normal_space {
-        NormalSpace::View => Mat3A::IDENTITY,
-        NormalSpace::World => camera.view_from_world().matrix3,
-    };
-    let [focal_x, focal_y] = camera.focal_px();
-    let pixel_size = if camera.is_perspective() { [1.0 / focal_y, 0.0] } else { [0.0, 1.0 / focal_y] };
-    let mut words = [0u32; FRAME_BYTES / 4];
-    let mut put = |at: usize, values: &[f32]| {
-        words[at..at + values.len()].iter_mut().zip(values).for_each(|(word, v)| *word = v.to_bits());
-    };
-    for (i, column) in view_from_normals.to_cols_array_2d().iter().enumerate() {
-        put(4 * i, column);
-    }
-    put(14, &depth_line(options.depth, frame)?);
-    put(16, &pixel_size);
-    put(18, &[radius, camera.projected_px(radius, 1.0).log2()]);
-    put(20, &camera.centre_px());
-    put(22, &[focal_y / focal_x]);
-    (words[12], words[13]) = (width as u32, height as u32);
-    let mut bytes = [0; FRAME_BYTES];
-    bytes.chunks_exact_mut(4).zip(words).for_each(|(bytes, word)| bytes.copy_from_slice(&word.to_le_bytes()));
-    Ok(bytes)
-}
-
-/// Slope and offset that make a distance, or with perspective its inverse, of a stored depth.
-fn depth_line(encoding: DepthEncoding, frame: &Frame) -> Result<[f32; 2]> {
-    let perspective = frame.camera.is_perspective();
-    let (near, far) = (f64::from(frame.camera.near()), f64::from(frame.far));
-    let at = |v: f64| if perspective { 1.0 / v } else { v };
-    let (at_0, at_1) = match encoding {
-        DepthEncoding::Linear => return Ok([1.0, 0.0]),
-        DepthEncoding::Reversed => (at(far), at(near)),
-        DepthEncoding::Standard => (at(near), at(far)),
-    };
-    if !(far > near) || !at_0.is_finite() || !at_1.is_finite() {
-        let expected = match perspective {
-            true => "0 < near < far",
-            false => "0 <= near < far, both finite",
-        };
-        return Err(Error::value("planes of a frame", expected, format!("near {near}, far {far}")));
-    }
-    Ok([(at_1 - at_0) as f32, at_0 as f32])
 }

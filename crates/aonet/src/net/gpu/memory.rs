@@ -3,8 +3,8 @@
 //! Not one arena, as on the CPU: a dispatch may not read and write parts of the same buffer, and a shader sees 128 MiB
 //! of a buffer at most.
 
-use crate::error::Result;
-use crate::gpu::wgpu_30::context::Context;
+use crate::gpu::program::BufferId as ProgramBuffer;
+use crate::gpu::program::{Arithmetic, Dispatches};
 use crate::net::plan::{Buffer, BufferId};
 
 /// Channels that lie side by side.
@@ -18,31 +18,23 @@ pub(crate) fn blocks(channels: usize) -> usize {
 /// Buffers that tensors share.
 #[derive(Debug)]
 pub(crate) struct Memory {
-    buffers: Vec<wgpu::Buffer>,
+    buffers: Vec<ProgramBuffer>,
     /// By tensor of the plan.
     place: Vec<usize>,
 }
 
 impl Memory {
-    /// Memory for the tensors of a plan.
-    ///
-    /// # Errors
-    /// When one of them is larger than a shader may see.
-    pub(crate) fn new(context: &Context, tensors: &[Buffer]) -> Result<Self> {
-        let bytes = |b: &Buffer| blocks(b.channels) * BLOCK * b.height * b.width * context.real_bytes();
+    /// Adds memory for the tensors of a plan to the list.
+    pub(crate) fn new(arithmetic: Arithmetic, tensors: &[Buffer], list: &mut Dispatches) -> Self {
+        let bytes = |b: &Buffer| blocks(b.channels) * BLOCK * b.height * b.width * arithmetic.real_bytes();
         let (place, sizes) = share(tensors, bytes);
-        let buffers = sizes.iter().map(|bytes| context.storage("activations", *bytes));
-        Ok(Self { buffers: buffers.collect::<Result<_>>()?, place })
+        let buffers = sizes.iter().map(|bytes| list.storage("activations", *bytes)).collect();
+        Self { buffers, place }
     }
 
     /// Where a tensor is.
-    pub(crate) fn of(&self, tensor: BufferId) -> &wgpu::Buffer {
-        &self.buffers[self.place[tensor]]
-    }
-
-    /// In all.
-    pub(crate) fn bytes(&self) -> u64 {
-        self.buffers.iter().map(wgpu::Buffer::size).sum()
+    pub(crate) fn of(&self, tensor: BufferId) -> ProgramBuffer {
+        self.buffers[self.place[tensor]]
     }
 }
 

@@ -30,12 +30,17 @@ mod head;
 
 mod memory;
 mod network;
+#[cfg(feature = "gpu")]
 mod session;
-#[cfg(all(test, target_os = "linux"))]
+#[cfg(all(test, feature = "gpu", target_os = "linux"))]
 mod statistics;
-#[cfg(test)]
+#[cfg(all(test, feature = "gpu"))]
 mod tests;
-#[cfg(test)]
+#[cfg(all(test, feature = "gpu"))]
 pub(crate) mod valid;
 
-pub use session::Session;
+pub use network::Network;
+
+/// A network and its memory on a device, for frames of one size.
+#[cfg(feature = "gpu")]
+pub type Session = crate::gpu::Session<Network>;

@@ -1,14 +1,15 @@
-//! A model on a device: weights and shaders, which sessions of any size share.
+//! A model as programs: weights are packed once, for frames of every size.
 
 use crate::error::{Error, Result};
-use crate::gpu::options::Options;
-use crate::gpu::wgpu_30::context::Context;
-use crate::gpu::wgpu_30::device::check_limits;
-use crate::gpu::wgpu_30::pass::Compiler;
-use crate::gpu::wgpu_30::view;
-use crate::net::config::Features;
+use crate::gpu::image::{Image, Raw};
+use crate::gpu::options::ProgramOptions;
+use crate::gpu::program::{Arithmetic, Describe, Dispatches, Draw, Program};
+use crate::gpu::surface::Surface;
+use crate::net::config::{Features, KernelWeights};
 use crate::net::gpu::conv::Conv;
+use crate::net::gpu::features;
 use crate::net::gpu::head::Head;
+use crate::net::gpu::memory::Memory;
 use crate::net::graph::Graph;
 use crate::net::model::Model;
 use crate::net::plan::{BufferId, Plan, Step};
@@ -17,59 +18,101 @@ use crate::net::plan::{BufferId, Plan, Step};
 /// every device has.
 const MAX_SOURCES: usize = 4;
 
-/// A model on a device.
+/// A model that describes its programs.
 #[derive(Debug)]
-pub(crate) struct Network {
-    pub(crate) context: Context,
-    pub(crate) options: Options,
-    pub(crate) features: Features,
-    pub(crate) graph: Graph,
-    pub(crate) compiler: Compiler,
-    pub(crate) steps: Vec<Weighed>,
+pub struct Network {
+    pub(crate) arithmetic: Arithmetic,
+    surface: Surface,
+    features: Features,
+    graph: Graph,
+    steps: Vec<Weighed>,
 }
 
 /// A step of a plan with its weights.
 #[derive(Debug)]
-pub(crate) enum Weighed {
+enum Weighed {
     Features { output: BufferId, patch: usize },
     Conv(Conv),
     Head { head: Head, corrects: bool, patch: usize },
     Image { input: BufferId },
 }
 
+/// What the dispatches of one size have in common.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Sized<'a> {
+    pub(crate) arithmetic: Arithmetic,
+    pub(crate) surface: Surface,
+    pub(crate) plan: &'a Plan,
+    pub(crate) memory: &'a Memory,
+}
+
 impl Network {
+    /// Packs the weights of a model. Half floats come to 32-bit ones where the features of the network do not fit in them.
+    ///
     /// # Errors
-    /// When the device lacks something that the model needs.
-    pub(crate) fn new(
-        (device, queue): (&wgpu::Device, &wgpu::Queue),
-        model: &Model,
-        options: Options,
-    ) -> Result<Self> {
-        check_limits(&device.limits())?;
+    /// When a convolution has more inputs than shaders can read.
+    pub fn new(model: &Model, options: ProgramOptions) -> Result<Self> {
+        let ProgramOptions { precision, kernels, textures } = options;
         let features = model.config().features;
-        let precision = options.precision.on(device, features);
-        let context = Context {
-            device: device.clone(),
-            queue: queue.clone(),
-            precision,
-            kernels: options.kernels.on(device, precision),
-        };
+        let precision = precision.of(features);
+        let arithmetic = Arithmetic { precision, kernels: kernels.of(precision) };
         // Its steps are those of every size.
         let plan = Plan::new(model.graph(), 1, 1)?;
-        let steps = plan.steps.iter().map(|step| Weighed::new(step, &plan, model, &context));
+        let steps = plan.steps.iter().map(|step| Weighed::new(step, &plan, model, arithmetic));
         Ok(Self {
             steps: steps.collect::<Result<_>>()?,
-            compiler: Compiler::new(device, view::layout(device)),
-            context,
-            options,
+            surface: Surface { precision, textures },
+            arithmetic,
             features,
             graph: model.graph().clone(),
         })
     }
+
+    /// Adds the dispatches of a plan to the list; returns the draw that ends them.
+    fn push(&self, plan: &Plan, list: &mut Dispatches) -> Result<Draw> {
+        let memory = Memory::new(self.arithmetic, &plan.buffers, list);
+        let Self { arithmetic, surface, features, .. } = *self;
+        let extras = features::extras(features, surface, plan.size, list);
+        let sized = Sized { arithmetic, surface, plan, memory: &memory };
+        let image = |raw: Raw, patch: usize, base| Image {
+            raw,
+            patch,
+            cells: (plan.padded.0 / patch, plan.padded.1 / patch),
+            base,
+        };
+        let mut last = None;
+        for step in &self.steps {
+            match step {
+                Weighed::Features { output, patch } => {
+                    features::push(features, (&sized, extras), (*output, *patch), list);
+                }
+                Weighed::Conv(conv) => conv.push(&sized, list),
+                Weighed::Head { head, corrects, patch } => {
+                    let raw = list.storage("visibility", Head::raw_len(plan) * size_of::<f32>());
+                    head.push(&sized, raw, list);
+                    last = Some(image(Raw::Pixels(raw), *patch, extras.horizon.filter(|_| *corrects)));
+                }
+                Weighed::Image { input } => {
+                    last = Some(image(Raw::FirstChannel(memory.of(*input)), 1, None));
+                }
+            }
+        }
+        let last = last.ok_or_else(|| Error::config("graph", "an image at the end", "none"))?;
+        Ok(last.draw(surface, list))
+    }
+}
+
+impl Describe for Network {
+    fn program(&self, size: (usize, usize)) -> Result<Program> {
+        let mut list = Dispatches::default();
+        let image = self.push(&Plan::new(&self.graph, size.0, size.1)?, &mut list)?;
+        let (textures, arithmetic) = (self.surface.textures, self.arithmetic);
+        Ok(Program { size, textures, arithmetic, dispatches: list, image, trusted: true })
+    }
 }
 
 impl Weighed {
-    fn new(step: &Step, plan: &Plan, model: &Model, context: &Context) -> Result<Self> {
+    fn new(step: &Step, plan: &Plan, model: &Model, arithmetic: Arithmetic) -> Result<Self> {
         let weights = model.weights();
         Ok(match step {
             Step::Features { output, patch } => Self::Features { output: *output, patch: *patch },
@@ -79,11 +122,11 @@ impl Weighed {
                     return Err(Error::config(name, expected, sources.len()));
                 }
                 let of = (name.as_str(), &sources[..], *output, [*size, *groups], *activation);
-                Self::Conv(Conv::new(context, plan, weights, of)?)
+                Self::Conv(Conv::new(arithmetic, plan, weights, of))
             }
             Step::Head { name, input, guide, patch, kernel } => {
-                let head = Head::new(context, plan, weights, (name, [*input, *guide], *patch, *kernel))?;
-                let corrects = *kernel == crate::net::KernelWeights::Correction;
+                let head = Head::new(arithmetic, plan, weights, (name, [*input, *guide], *patch, *kernel));
+                let corrects = *kernel == KernelWeights::Correction;
                 Self::Head { head, corrects, patch: *patch }
             }
             Step::Image { input } => Self::Image { input: *input },

@@ -8,6 +8,7 @@
 
 use crate::gpu::matrices::Matrices;
 use crate::gpu::options::{Kernels, Precision};
+use crate::gpu::program::Arithmetic;
 use crate::gpu::shader::Shader;
 use crate::net::config::KernelWeights;
 use crate::net::gpu::conv::Kind;
@@ -172,7 +173,7 @@ fn what_a_compiler_makes_of_the_shaders() {
     let mut shaders: Vec<_> = [Precision::F32, Precision::F16]
         .into_iter()
         .flat_map(|precision| {
-            let by = (precision, Kernels::Plain);
+            let by = Arithmetic { precision, kernels: Kernels::Plain };
             let heads = [4, 2].map(|cells| {
                 (
                     format!("head, {cells} cells, {precision}"),

@@ -1,26 +1,28 @@
 //! Every operation on a device against the oracle's loops.
 
 use crate::gpu::options::{Kernels, Precision};
-use crate::gpu::wgpu_30::context::Context;
+use crate::gpu::program::{Arithmetic, BufferId, Dispatches};
+use crate::gpu::surface::Surface;
 use crate::gpu::wgpu_30::device::{Device, scoped};
-use crate::gpu::wgpu_30::pass::{Compiler, Pass};
-use crate::gpu::wgpu_30::view;
+use crate::gpu::wgpu_30::host::Host;
 use crate::net::config::KernelWeights;
 use crate::net::gpu::conv::Conv;
 use crate::net::gpu::head::Head;
 use crate::net::gpu::memory::{BLOCK, Memory, blocks};
+use crate::net::gpu::network::Sized;
 use crate::net::gpu::valid::{KERNELS, MATRICES, PRECISIONS};
 use crate::net::graph::{Activation, Graph, Op};
 use crate::net::naive::{self, Planes};
 use crate::net::plan::{Buffer, Layout, Plan, Resample, Source};
 use crate::net::weights::{Tensor, Weights};
+use std::sync::Arc;
 
 /// Normalised mean square error. Measured: 1.5e-13 from the order of summation, 1.6e-6 from rounding to halves.
 const MAX_NMSE: [(Precision, f64); 2] = [(Precision::F32, 1e-12), (Precision::F16, 1e-5)];
 
 /// What tests run on, at both precisions and with all kernels if the device has them; none, said so, where there is no
 /// device.
-fn contexts() -> Vec<Context> {
+fn devices() -> Vec<On> {
     let Some(Device { device, queue, matrices, .. }) = test_device() else { return vec![] };
     let has = |feature| device.features().contains(feature);
     let precisions =
@@ -28,9 +30,24 @@ fn contexts() -> Vec<Context> {
     let all = precisions.flat_map(|precision| KERNELS.map(|kernels| (precision, kernels)));
     let all = all.filter(|(_, kernels)| *kernels == Kernels::Plain || has(wgpu::Features::SUBGROUP));
     let all = all.chain(matrices.map(|matrices| (Precision::F16, Kernels::Matrices(matrices))));
-    let context =
-        |(precision, kernels)| Context { device: device.clone(), queue: queue.clone(), precision, kernels };
-    all.map(context).collect()
+    let host = Arc::new(Host::new((&device, &queue)));
+    let on =
+        |(precision, kernels)| On { host: Arc::clone(&host), arithmetic: Arithmetic { precision, kernels } };
+    all.map(on).collect()
+}
+
+/// A device and how it is to compute.
+#[derive(Clone)]
+struct On {
+    host: Arc<Host>,
+    arithmetic: Arithmetic,
+}
+
+impl On {
+    fn sized<'a>(&self, plan: &'a Plan, memory: &'a Memory) -> Sized<'a> {
+        let surface = Surface { precision: self.arithmetic.precision, textures: Default::default() };
+        Sized { arithmetic: self.arithmetic, surface, plan, memory }
+    }
 }
 
 fn test_device() -> Option<Device> {
@@ -102,36 +119,43 @@ fn plan_of(shapes: &[(usize, usize, usize)]) -> Plan {
     Plan { size, padded: size, buffers: shapes.iter().map(buffer).collect(), steps: vec![], arena_len: 0 }
 }
 
-/// Writes a tensor.
-fn put(context: &Context, buffer: &wgpu::Buffer, image: &Planes) {
+/// A tensor as bytes.
+fn tensor(image: &Planes, precision: Precision) -> Vec<u8> {
     let values = blocked(image).into_iter();
-    let bytes: Vec<u8> = match context.precision {
+    match precision {
         Precision::F32 => values.flat_map(f32::to_le_bytes).collect(),
         Precision::F16 => values.flat_map(|v| half::f16::from_f32(v).to_le_bytes()).collect(),
-    };
-    context.queue.write_buffer(buffer, 0, &bytes);
+    }
 }
 
-/// Runs a pass that sees no frame and reads `buffer` back.
-fn run(context: &Context, pass: &Pass, buffer: &wgpu::Buffer) -> Vec<u8> {
-    let device = &context.device;
+/// Runs the only pass of a list, which sees no frame, on these buffers' contents; reads `output` back.
+fn run(
+    on: &On,
+    list: &Dispatches,
+    inputs: &[(BufferId, &Planes)],
+    output: BufferId,
+) -> crate::Result<Vec<u8>> {
+    let (host, device) = (&on.host, &on.host.device);
+    let buffers = host.buffers(&list.buffers)?;
+    for (buffer, image) in inputs {
+        host.queue.write_buffer(&buffers[*buffer], 0, &tensor(image, on.arithmetic.precision));
+    }
+    let pass = &list.passes[0];
+    let pass = scoped(device, "pass", || Ok(host.pass(pass, &list.shaders[pass.shader], &buffers, true)))?;
+    let buffer = &buffers[output];
     let back = device.create_buffer(&wgpu::BufferDescriptor {
         label: None,
         size: buffer.size(),
         usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
         mapped_at_creation: false,
     });
-    let none =
-        device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: None, entries: &[] });
-    let none = wgpu::BindGroupDescriptor { label: None, layout: &none, entries: &[] };
-    let none = device.create_bind_group(&none);
     let mut encoder = device.create_command_encoder(&Default::default());
-    pass.encode(&mut encoder.begin_compute_pass(&Default::default()), &none);
+    pass.encode_alone(&mut encoder.begin_compute_pass(&Default::default()));
     encoder.copy_buffer_to_buffer(buffer, 0, &back, 0, buffer.size());
-    context.queue.submit([encoder.finish()]);
+    host.queue.submit([encoder.finish()]);
     back.map_async(wgpu::MapMode::Read, .., Result::unwrap);
     device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
-    back.get_mapped_range(..).unwrap().to_vec()
+    Ok(back.get_mapped_range(..).unwrap().to_vec())
 }
 
 fn floats(bytes: &[u8]) -> Vec<f32> {
@@ -170,7 +194,7 @@ fn resample(image: &Planes, how: Resample) -> Planes {
 /// A convolution of `inputs` (channels, what happens on the way in) to `out_channels` of HxW `shape`, with few and many
 /// rows an invocation.
 fn check_conv(
-    on: &[Context],
+    on: &[On],
     inputs: &[(usize, Resample)],
     out: (usize, Activation),
     ([size, groups], (height, width)): ([usize; 2], (usize, usize)),
@@ -191,22 +215,20 @@ fn check_conv(
     let joined = resampled.reduce(|a, b| naive::concat(&a, &b)).unwrap();
     let [w, b] = ["conv.weight", "conv.bias"].map(|name| &weights.get(name).values[..]);
     let expected = naive::conv(&joined, (w, b, size), out.1);
-    for context in on {
-        let compiler = Compiler::new(&context.device, view::layout(&context.device));
-        let memory = Memory::new(context, &plan.buffers).unwrap();
-        images.iter().enumerate().for_each(|(i, image)| put(context, memory.of(i), image));
+    for on in on {
         let step = ("conv", &sources[..], inputs.len(), [size, groups], out.1);
-        let conv = Conv::new(context, &plan, &weights, step).unwrap();
-        for rows in [1, if matches!(context.kernels, Kernels::Matrices(_)) { 2 } else { 4 }] {
-            let pass = scoped(&context.device, "conv", || {
-                conv.pass_of_rows(context, &compiler, (&plan, &memory), rows)
-            });
-            let found = run(context, &pass.unwrap(), memory.of(inputs.len()));
-            let found = unblocked(&reals(&found, context.precision), (out.0, height, width));
+        let conv = Conv::new(on.arithmetic, &plan, &weights, step);
+        for rows in [1, if matches!(on.arithmetic.kernels, Kernels::Matrices(_)) { 2 } else { 4 }] {
+            let mut list = Dispatches::default();
+            let memory = Memory::new(on.arithmetic, &plan.buffers, &mut list);
+            conv.push_of_rows(&on.sized(&plan, &memory), rows, &mut list);
+            let inputs: Vec<_> = images.iter().enumerate().map(|(i, image)| (memory.of(i), image)).collect();
+            let found = run(on, &list, &inputs, memory.of(images.len())).unwrap();
+            let found = unblocked(&reals(&found, on.arithmetic.precision), (out.0, height, width));
             assert_close(
                 &found.values,
                 &expected.values,
-                (context.precision, &format!("{rows} rows, {:?}, {what}", context.kernels)),
+                (on.arithmetic.precision, &format!("{rows} rows, {:?}, {what}", on.arithmetic.kernels)),
             );
         }
     }
@@ -216,7 +238,7 @@ fn check_conv(
 fn convolutions() {
     use Activation::{LeakyRelu, Linear};
     use Resample::{AvgPool, None, Upsample2};
-    let on = contexts();
+    let on = devices();
     for (inputs, out, size, shape) in [
         (&[(3, None)][..], (5, LeakyRelu), 3, (1, 1)),
         (&[(48, None)], (32, LeakyRelu), 3, (7, 13)),
@@ -239,7 +261,7 @@ fn convolutions() {
 fn grouped_convolutions() {
     use Activation::{LeakyRelu, Linear};
     use Resample::{AvgPool, None, Upsample2};
-    let on = contexts();
+    let on = devices();
     for (inputs, out, groups) in [
         (&[(6, None)][..], (8, Linear), 2),
         (&[(32, AvgPool(8))], (64, LeakyRelu), 8),
@@ -251,7 +273,7 @@ fn grouped_convolutions() {
 }
 
 fn check_head(
-    on: &[Context],
+    on: &[On],
     channels: usize,
     (patch, kernel): (usize, KernelWeights),
     (width, height): (usize, usize),
@@ -271,19 +293,19 @@ fn check_head(
     };
     let mut plan = plan_of(&[(channels, height, width), (4 * patch * patch, height, width)]);
     plan.padded = (width * patch, height * patch);
-    for context in on {
-        let compiler = Compiler::new(&context.device, view::layout(&context.device));
-        let memory = Memory::new(context, &plan.buffers).unwrap();
-        put(context, memory.of(0), &input);
-        put(context, memory.of(1), &naive::patch_partition(&guide, patch));
-        let raw = context.storage("raw", Head::raw_len(&plan) * 4).unwrap();
-        let head = Head::new(context, &plan, &weights, ("conv", [0, 1], patch, kernel)).unwrap();
-        let pass = scoped(&context.device, "head", || head.pass(context, &compiler, (&plan, &memory), &raw));
-        let found = floats(&run(context, &pass.unwrap(), &raw));
+    let guide_cells = naive::patch_partition(&guide, patch);
+    for on in on {
+        let mut list = Dispatches::default();
+        let memory = Memory::new(on.arithmetic, &plan.buffers, &mut list);
+        let raw = list.storage("raw", Head::raw_len(&plan) * 4);
+        let head = Head::new(on.arithmetic, &plan, &weights, ("conv", [0, 1], patch, kernel));
+        head.push(&on.sized(&plan, &memory), raw, &mut list);
+        let inputs = [(memory.of(0), &input), (memory.of(1), &guide_cells)];
+        let found = floats(&run(on, &list, &inputs, raw).unwrap());
         assert_close(
             &found,
             &expected.values,
-            (context.precision, &format!("{:?}, {what}", context.kernels)),
+            (on.arithmetic.precision, &format!("{:?}, {what}", on.arithmetic.kernels)),
         );
     }
 }
@@ -291,7 +313,7 @@ fn check_head(
 #[test]
 fn heads() {
     use KernelWeights::{Correction, Linear, Off, Softmax};
-    let on = contexts();
+    let on = devices();
     for patch in [1, 2, 4, 8] {
         for kernel in [Off, Correction, Linear, Softmax] {
             check_head(&on, 5, (patch, kernel), (9, 4));
@@ -307,10 +329,12 @@ fn heads() {
 fn matrices_spelt_out() {
     use Activation::{LeakyRelu, Linear};
     use Resample::{AvgPool, None, Upsample2};
-    for context in
-        contexts().into_iter().filter(|c| (c.precision, c.kernels) == (Precision::F16, Kernels::Subgroups))
-    {
-        let with = |matrices| Context { kernels: Kernels::Matrices(matrices), ..context.clone() };
+    let subgroups = Arithmetic { precision: Precision::F16, kernels: Kernels::Subgroups };
+    for on in devices().into_iter().filter(|on| on.arithmetic == subgroups) {
+        let with = |matrices| {
+            let kernels = Kernels::Matrices(matrices);
+            On { arithmetic: Arithmetic { kernels, ..subgroups }, ..on.clone() }
+        };
         let on: Vec<_> = MATRICES.into_iter().filter(|m| m.spelt_out).map(with).collect();
         check_conv(&on, &[(20, None)], (17, LeakyRelu), ([3, 1], (7, 19)));
         check_conv(&on, &[(9, Upsample2), (18, AvgPool(2))], (50, Linear), ([3, 1], (6, 10)));
@@ -322,8 +346,10 @@ fn matrices_spelt_out() {
 
 #[test]
 fn buffers_beyond_the_devices_limit_are_errors() {
-    for context in contexts() {
-        let error = context.storage("everything", usize::MAX / 2).unwrap_err().to_string();
+    for on in devices() {
+        let mut list = Dispatches::default();
+        list.storage("everything", usize::MAX / 2);
+        let error = on.host.buffers(&list.buffers).unwrap_err().to_string();
         assert!(error.contains("everything") && error.contains("limit"), "{error}");
     }
 }

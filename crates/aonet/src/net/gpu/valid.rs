@@ -1,11 +1,11 @@
 //! Every shader, without a device.
 
 use super::{features, head};
-use crate::gpu::image;
+use crate::gpu::image::{self, covering};
 use crate::gpu::matrices::Matrices;
-use crate::gpu::options::{DepthEncoding, Kernels, NormalEncoding, Options, Precision};
-use crate::gpu::surface::surface;
-use crate::gpu::wgpu_30::cover::covering;
+use crate::gpu::options::{DepthEncoding, Kernels, NormalEncoding, Precision, TextureEncoding};
+use crate::gpu::program::Arithmetic;
+use crate::gpu::surface::Surface;
 use crate::gpu::wgpu_30::matrix_trial;
 use crate::net::config::{Features, KernelWeights};
 use crate::net::gpu::conv::Kind;
@@ -42,7 +42,9 @@ fn every_shader_is_valid() {
     for matrices in MATRICES {
         validate(matrix_trial::shader(matrices).source(), "trial");
     }
-    for by in PRECISIONS.into_iter().flat_map(|p| KERNELS.map(|k| (p, k))) {
+    for by in
+        PRECISIONS.into_iter().flat_map(|precision| KERNELS.map(|kernels| Arithmetic { precision, kernels }))
+    {
         for rows in [1, 2, 4] {
             for size in [1, 3] {
                 for sources in
@@ -68,16 +70,16 @@ fn every_shader_is_valid() {
         }
     }
     for precision in PRECISIONS {
-        for options in encodings() {
-            let surface = || surface(precision, &options);
-            validate(features::depth_range_shader(surface()).source(), "depth range");
+        for textures in encodings() {
+            let surface = Surface { precision, textures };
+            validate(features::depth_range::shader(surface).source(), "depth range");
             for patch in [1, 4] {
                 for channels in FEATURES {
-                    let shader = features::shader((precision, &options), channels, patch);
-                    validate(shader.source(), &format!("{channels:?} {patch} {options:?}"));
+                    let shader = features::shader(surface, channels, patch);
+                    validate(shader.source(), &format!("{channels:?} {patch} {textures:?}"));
                 }
                 for kind in [[false, false], [true, false], [false, true]] {
-                    let image = image::shader((precision, &options), patch, kind);
+                    let image = image::shader(surface, patch, kind);
                     validate(&covering(image.source()), "image");
                 }
             }
@@ -115,11 +117,11 @@ const FEATURES: [Features; 7] = [
     Features::NormalPosition,
 ];
 
-pub(crate) fn encodings() -> Vec<Options> {
+pub(crate) fn encodings() -> Vec<TextureEncoding> {
     use DepthEncoding::{Linear, Reversed, Standard};
     use NormalEncoding::{Octahedral, OctahedralUnorm, Plain, Unorm};
-    let depth = |depth| Options { depth, ..Options::default() };
-    let normals = |normals| Options { normals, ..Options::default() };
+    let depth = |depth| TextureEncoding { depth, ..Default::default() };
+    let normals = |normals| TextureEncoding { normals, ..Default::default() };
     let all = [Plain, Unorm, Octahedral, OctahedralUnorm].map(normals);
     [Linear, Reversed, Standard].map(depth).into_iter().chain(all).collect()
 }

@@ -1,40 +1,26 @@
 //! Attenuated GTAO: the horizon search that networks see and correct. See [`crate::search::agtao`].
 
-use crate::gpu::options::{Options, Precision};
+use crate::gpu::program::{Binding, BufferId, Dispatches};
 use crate::gpu::shader::Shader;
-use crate::gpu::wgpu_30::pass::{Binding, Compiler, Pass, Recipe};
+use crate::gpu::surface::Surface;
 use crate::search::gpu::denoise;
 use crate::search::gpu::pixels::{self, Reach};
 use crate::search::gpu::slices;
 use crate::search::{AgtaoParams, HORIZONS};
 
-/// What the search finds, before and after the filter; HxW.
-#[derive(Debug)]
-pub(crate) struct Horizons {
-    pub(crate) found: wgpu::Buffer,
-    pub(crate) filtered: wgpu::Buffer,
-}
-
-/// The dispatches that fill both, if they are needed.
-pub(crate) fn passes(
-    of: (Precision, &Options),
-    compiler: &Compiler,
-    size: (usize, usize),
-    horizons: Option<&Horizons>,
-) -> Vec<Pass> {
-    let Some(Horizons { found, filtered }) = horizons else { return vec![] };
-    let search = Recipe { label: "agtao", shader: shader(of, &HORIZONS), sees_frame: true };
-    vec![
-        pixels::pass(compiler, &search, &[Binding::Write(found)], size),
-        denoise::pass((compiler, denoise::shader(of, HORIZONS.denoise())), [found, filtered], size),
-    ]
+/// Adds the dispatches of the search that networks see; returns its filtered visibility, HxW.
+pub(crate) fn push_horizons(surface: Surface, size: (usize, usize), list: &mut Dispatches) -> BufferId {
+    let [found, filtered] = [(); 2].map(|()| pixels::visibility(list, "horizon visibility", size));
+    pixels::push(("agtao", shader(surface, &HORIZONS)), &[Binding::Write(found)], size, list);
+    denoise::push(denoise::shader(surface, HORIZONS.denoise()), [found, filtered], size, list);
+    filtered
 }
 
 /// The shader of the search.
-pub(crate) fn shader(of: (Precision, &Options), params: &AgtaoParams) -> Shader {
+pub(crate) fn shader(surface: Surface, params: &AgtaoParams) -> Shader {
     let (sin, cos) = params.angle_bias.to_radians().sin_cos();
     let AgtaoParams { slices, steps, radius_scale, power, .. } = *params;
-    slices::shader(of, (slices, steps), Reach { radius_scale, power })
+    slices::shader(surface, (slices, steps), Reach { radius_scale, power })
         .float("ATTENUATION", params.attenuation)
         .float("COS_BIAS", cos)
         .float("SIN_BIAS", sin)

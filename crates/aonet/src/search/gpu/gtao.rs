@@ -1,16 +1,16 @@
 //! GTAO. See [`crate::search::gtao`].
 
-use crate::gpu::options::{Options, Precision};
 use crate::gpu::shader::Shader;
+use crate::gpu::surface::Surface;
 use crate::search::GtaoParams;
 use crate::search::gpu::pixels::Reach;
 use crate::search::gpu::pyramid;
 use crate::search::gpu::slices;
 
 /// The shader of the search; it reads a pyramid.
-pub(crate) fn shader(of: (Precision, &Options), params: &GtaoParams) -> Shader {
+pub(crate) fn shader(surface: Surface, params: &GtaoParams) -> Shader {
     let GtaoParams { slices, steps, radius_scale, power, .. } = *params;
-    let shader = slices::shader(of, (slices, steps), Reach { radius_scale, power })
+    let shader = slices::shader(surface, (slices, steps), Reach { radius_scale, power })
         .float("DISTRIBUTION", params.distribution)
         .float("FALLOFF", params.falloff.max(1e-3))
         .float("THIN_OCCLUDER", params.thin_occluder);

@@ -5,12 +5,18 @@ pub(crate) mod denoise;
 mod gtao;
 mod hbao;
 mod hemisphere;
+mod method;
 pub(crate) mod pixels;
 mod pyramid;
+#[cfg(feature = "gpu")]
 mod session;
 mod slices;
 mod ssao;
 mod ssdo;
 mod vbao;
 
-pub use session::ClassicSession;
+pub use method::Method;
+
+/// A classic method and its memory on a device, for frames of one size.
+#[cfg(feature = "gpu")]
+pub type ClassicSession = crate::gpu::Session<Method>;

@@ -1,9 +1,8 @@
 //! A method that looks around every pixel.
 
-use crate::gpu::options::{Options, Precision};
+use crate::gpu::program::{Binding, BufferId, Dispatch, Dispatches};
 use crate::gpu::shader::Shader;
-use crate::gpu::surface::surface;
-use crate::gpu::wgpu_30::pass::{Binding, Compiler, Pass, Recipe};
+use crate::gpu::surface::Surface;
 
 /// Parameters that they all have. See [`crate::search`].
 #[derive(Debug, Clone, Copy)]
@@ -13,20 +12,27 @@ pub(crate) struct Reach {
 }
 
 /// A shader without the method's own part.
-pub(crate) fn shader(of: (Precision, &Options), by: Reach) -> Shader {
-    surface(of.0, of.1)
+pub(crate) fn shader(surface: Surface, by: Reach) -> Shader {
+    surface
+        .shader()
         .float("RADIUS_SCALE", by.radius_scale)
         .float("POWER", by.power)
         .part(include_str!("noise.wgsl"))
         .part(include_str!("pixels.wgsl"))
 }
 
-/// The dispatch over a frame of `size` (width, height) [px].
-pub(crate) fn pass(
-    compiler: &Compiler,
-    recipe: &Recipe<'_>,
-    bindings: &[Binding<'_>],
+/// Adds a buffer for one number a pixel.
+pub(crate) fn visibility(list: &mut Dispatches, label: &str, (width, height): (usize, usize)) -> BufferId {
+    list.storage(label, width * height * size_of::<f32>())
+}
+
+/// Adds the dispatch of a shader, with its label, over a frame of `size` (width, height) [px].
+pub(crate) fn push(
+    (label, shader): (&str, Shader),
+    bindings: &[Binding],
     (width, height): (usize, usize),
-) -> Pass {
-    Pass::new(compiler, recipe, bindings, [width.div_ceil(8), height.div_ceil(8), 1])
+    list: &mut Dispatches,
+) {
+    let workgroups = [width.div_ceil(8), height.div_ceil(8), 1];
+    list.push(&Dispatch { label, shader, sees_frame: true, workgroups }, bindings);
 }

@@ -1,15 +1,15 @@
 //! SSAO. See [`crate::search::ssao`].
 
-use crate::gpu::options::{Options, Precision};
 use crate::gpu::shader::Shader;
+use crate::gpu::surface::Surface;
 use crate::search::SsaoParams;
 use crate::search::gpu::hemisphere::{Sample, with_samples};
 use crate::search::gpu::pixels::{self, Reach};
 
 /// Its shader.
-pub(crate) fn shader(of: (Precision, &Options), params: &SsaoParams) -> Shader {
+pub(crate) fn shader(surface: Surface, params: &SsaoParams) -> Shader {
     let SsaoParams { samples, radius_scale, power, .. } = *params;
-    with_samples(pixels::shader(of, Reach { radius_scale, power }), samples)
+    with_samples(pixels::shader(surface, Reach { radius_scale, power }), samples)
         .flag("HEMISPHERE", params.hemisphere == 1)
         .float("BIAS", params.bias)
         .float("RANGE", params.range)

@@ -1,15 +1,15 @@
 //! SSDO's occlusion. See [`crate::search::ssdo`].
 
-use crate::gpu::options::{Options, Precision};
 use crate::gpu::shader::Shader;
+use crate::gpu::surface::Surface;
 use crate::search::SsdoParams;
 use crate::search::gpu::hemisphere::{Sample, with_samples};
 use crate::search::gpu::pixels::{self, Reach};
 
 /// Its shader.
-pub(crate) fn shader(of: (Precision, &Options), params: &SsdoParams) -> Shader {
+pub(crate) fn shader(surface: Surface, params: &SsdoParams) -> Shader {
     let SsdoParams { samples, radius_scale, power, .. } = *params;
-    with_samples(pixels::shader(of, Reach { radius_scale, power }), samples)
+    with_samples(pixels::shader(surface, Reach { radius_scale, power }), samples)
         .float("BIAS", params.bias)
         .float("DEPTH_LIMIT", params.depth_limit)
         .float("DISTRIBUTION", params.distribution)

@@ -2,12 +2,11 @@
 
 mod conv_matrix;
 
-use crate::error::Result;
-use crate::gpu::options::{Kernels, Precision};
+use crate::gpu::options::Kernels;
+use crate::gpu::program::{Arithmetic, Binding, Contents, Dispatch, Dispatches, floats};
 use crate::gpu::shader::Shader;
-use crate::gpu::wgpu_30::context::Context;
-use crate::gpu::wgpu_30::pass::{Binding, Compiler, Pass, Recipe};
-use crate::net::gpu::memory::{BLOCK, Memory, blocks};
+use crate::net::gpu::memory::{BLOCK, blocks};
+use crate::net::gpu::network::Sized;
 use crate::net::graph::{Activation, LEAKY_SLOPE};
 use crate::net::plan::{BufferId, Plan, Resample, Source};
 use crate::net::weights::Weights;
@@ -24,7 +23,7 @@ const ENOUGH_WORKGROUPS: usize = 256;
 /// The binding of the first source.
 const FIRST_SOURCE: usize = 4;
 
-/// A convolution with its weights on the device.
+/// A convolution with its weights.
 #[derive(Debug)]
 pub(crate) struct Conv {
     name: String,
@@ -33,8 +32,8 @@ pub(crate) struct Conv {
     kind: Kind,
     /// Workgroups that share out the outputs.
     tiles: usize,
-    weights: wgpu::Buffer,
-    bias: wgpu::Buffer,
+    weights: Contents,
+    bias: Contents,
 }
 
 /// What the shader of a convolution is made for.
@@ -49,10 +48,8 @@ pub(crate) struct Kind {
 }
 
 impl Conv {
-    /// # Errors
-    /// When its weights are more than a shader may see.
     pub(crate) fn new(
-        context: &Context,
+        arithmetic: Arithmetic,
         plan: &Plan,
         weights: &Weights,
         (name, sources, output, [size, groups], activation): (
@@ -62,7 +59,7 @@ impl Conv {
             [usize; 2],
             Activation,
         ),
-    ) -> Result<Self> {
+    ) -> Self {
         let outputs = plan.buffers[output].channels;
         let filters = Filters {
             sources: sources.iter().map(|s| plan.buffers[s.buffer].channels).collect(),
@@ -72,27 +69,27 @@ impl Conv {
         };
         let weight = &weights.get(&format!("{name}.weight")).values;
         let mut bias = weights.get(&format!("{name}.bias")).values.clone();
-        let tile = Self::tile(context, outputs);
+        let tile = Self::tile(arithmetic, outputs);
         let tiles = outputs.div_ceil(tile);
         bias.resize(tiles * tile, 0.0);
-        let packed = match context.kernels {
+        let packed = match arithmetic.kernels {
             Kernels::Matrices(matrices) => filters.as_matrices(weight, matrices, tile),
             Kernels::Plain | Kernels::Subgroups => filters.packed(weight, tile),
         };
-        Ok(Self {
+        Self {
             name: name.to_owned(),
             sources: sources.to_vec(),
             output,
             kind: Kind { sources: sources.iter().map(|s| s.resample).collect(), size, activation, tile },
             tiles,
-            weights: context.reals(name, &packed)?,
-            bias: context.floats(name, &bias)?,
-        })
+            weights: arithmetic.reals(&packed),
+            bias: floats(&bias),
+        }
     }
 
     /// Outputs of a workgroup: the same for all, as few as that takes.
-    fn tile(context: &Context, outputs: usize) -> usize {
-        let (unit, most) = match context.kernels {
+    fn tile(arithmetic: Arithmetic, outputs: usize) -> usize {
+        let (unit, most) = match arithmetic.kernels {
             Kernels::Matrices(matrices) => (matrices.side, matrices.max_tiles()),
             Kernels::Plain | Kernels::Subgroups => (OUTPUTS, MAX_GROUPS),
         };
@@ -100,67 +97,62 @@ impl Conv {
         units.div_ceil(units.div_ceil(most)) * unit
     }
 
-    /// The dispatch for a plan.
-    ///
-    /// # Errors
-    /// Never for what [`Plan`] makes.
-    pub(crate) fn pass(&self, context: &Context, compiler: &Compiler, at: (&Plan, &Memory)) -> Result<Pass> {
-        let output = &at.0.buffers[self.output];
+    /// Adds the dispatch for a plan.
+    pub(crate) fn push(&self, sized: &Sized<'_>, list: &mut Dispatches) {
+        let output = &sized.plan.buffers[self.output];
         let cells = (output.width, output.height);
-        let rows = match context.kernels {
+        let rows = match sized.arithmetic.kernels {
             Kernels::Matrices(matrices) => matrices.rows(cells, self.tiles),
             Kernels::Plain | Kernels::Subgroups => rows(cells, self.tiles),
         };
-        self.pass_of_rows(context, compiler, at, rows)
+        self.push_of_rows(sized, rows, list);
     }
 
     /// The same with so many rows an invocation.
-    pub(crate) fn pass_of_rows(
-        &self,
-        context: &Context,
-        compiler: &Compiler,
-        (plan, memory): (&Plan, &Memory),
-        rows: usize,
-    ) -> Result<Pass> {
+    pub(crate) fn push_of_rows(&self, sized: &Sized<'_>, rows: usize, list: &mut Dispatches) {
+        let Sized { arithmetic, plan, memory, .. } = *sized;
         let output = &plan.buffers[self.output];
-        let (mut shape, mut first) = (vec![], 0);
-        for source in &self.sources {
-            let from = &plan.buffers[source.buffer];
-            shape.extend([from.width, from.height, first, 0]);
-            first += blocks(from.channels);
-        }
-        let header = [output.width, output.height, first, blocks(output.channels)];
-        let shape = context.uniform(&self.name, &[&header[..], &shape].concat())?;
         let mut bindings = vec![
-            Binding::Uniform(&shape),
-            Binding::Read(&self.weights),
-            Binding::Read(&self.bias),
+            Binding::Uniform(list.uniform(&self.name, &self.shape(plan))),
+            Binding::Read(list.filled(&self.name, &self.weights)),
+            Binding::Read(list.filled(&self.name, &self.bias)),
             Binding::Write(memory.of(self.output)),
         ];
         bindings.extend(self.sources.iter().map(|s| Binding::Read(memory.of(s.buffer))));
         let cells = (output.width, output.height);
-        let (shader, workgroups) = match context.kernels {
+        let (shader, workgroups) = match arithmetic.kernels {
             Kernels::Matrices(matrices) => {
                 (self.kind.matrix_shader(matrices, rows), matrices.workgroups(cells, rows, self.tiles))
             }
-            kernels @ (Kernels::Plain | Kernels::Subgroups) => {
-                let shader = self.kind.shader((context.precision, kernels), rows);
-                (shader, workgroups(cells, rows, self.tiles))
+            Kernels::Plain | Kernels::Subgroups => {
+                (self.kind.shader(arithmetic, rows), workgroups(cells, rows, self.tiles))
             }
         };
-        let recipe = Recipe { label: &self.name, shader, sees_frame: false };
-        Ok(Pass::new(compiler, &recipe, &bindings, workgroups))
+        list.push(&Dispatch { label: &self.name, shader, sees_frame: false, workgroups }, &bindings);
+    }
+
+    /// The struct `Conv` of `buffers.wgsl`.
+    fn shape(&self, plan: &Plan) -> Vec<usize> {
+        let output = &plan.buffers[self.output];
+        let (mut sources, mut first) = (vec![], 0);
+        for source in &self.sources {
+            let from = &plan.buffers[source.buffer];
+            sources.extend([from.width, from.height, first, 0]);
+            first += blocks(from.channels);
+        }
+        let header = [output.width, output.height, first, blocks(output.channels)];
+        [&header[..], &sources].concat()
     }
 }
 
 impl Kind {
     /// The shader for so many rows an invocation.
-    pub(crate) fn shader(&self, (precision, kernels): (Precision, Kernels), rows: usize) -> Shader {
-        let begin = Shader::new(precision)
-            .with_kernels(kernels)
+    pub(crate) fn shader(&self, arithmetic: Arithmetic, rows: usize) -> Shader {
+        let begin = Shader::new(arithmetic.precision)
+            .with_kernels(arithmetic.kernels)
             .number("ROWS", rows)
             .number("GROUPS", self.tile / OUTPUTS);
-        self.around(begin, include_str!("conv.wgsl")).part(match kernels {
+        self.around(begin, include_str!("conv.wgsl")).part(match arithmetic.kernels {
             Kernels::Subgroups => include_str!("filters_subgroup.wgsl"),
             Kernels::Plain | Kernels::Matrices(_) => include_str!("filters.wgsl"),
         })

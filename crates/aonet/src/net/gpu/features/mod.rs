@@ -1,66 +1,67 @@
 //! Features of a frame, padded and partitioned into patches. See [`crate::net::Op::PatchPartition`].
 
-use crate::error::Result;
-use crate::gpu::options::{Options, Precision};
+pub(crate) mod depth_range;
+
+use crate::gpu::program::{Binding, BufferId, Dispatch, Dispatches};
 use crate::gpu::shader::Shader;
-use crate::gpu::surface::surface;
-use crate::gpu::wgpu_30::context::Context;
-use crate::gpu::wgpu_30::pass::{Binding, Compiler, Pass, Recipe};
+use crate::gpu::surface::Surface;
 use crate::net::config::{Channel, Features};
-use crate::net::gpu::memory::{Memory, blocks};
-use crate::net::plan::{BufferId, Plan};
-use crate::search::gpu::agtao::Horizons;
+use crate::net::gpu::memory::blocks;
+use crate::net::gpu::network::Sized;
+use crate::net::plan;
+use crate::search::gpu::agtao;
 
 /// Columns and rows of a workgroup.
 const TILE: [usize; 2] = [16, 8];
 
 /// What features need besides the textures.
-#[derive(Debug)]
+#[derive(Debug, Clone, Copy)]
 pub(crate) struct Extras {
     /// Bits of the range of depths; see `depth_range.wgsl`.
-    pub(crate) depth_range: Option<wgpu::Buffer>,
-    /// What a horizon search finds.
-    pub(crate) horizons: Option<Horizons>,
+    pub(crate) depth_range: Option<BufferId>,
+    /// The visibility that a horizon search finds.
+    pub(crate) horizon: Option<BufferId>,
 }
 
-/// The dispatch that finds the range of depths, if it is needed.
-pub(crate) fn depth_range_pass(
-    surface: Shader,
-    compiler: &Compiler,
-    (width, height): (usize, usize),
-    extras: &Extras,
-) -> Option<Pass> {
-    let range = extras.depth_range.as_ref()?;
-    let recipe = Recipe { label: "depth range", shader: depth_range_shader(surface), sees_frame: true };
-    let workgroups = [width.div_ceil(16), height.div_ceil(16), 1];
-    Some(Pass::new(compiler, &recipe, &[Binding::Write(range)], workgroups))
+/// Adds the dispatches that fill what features need.
+pub(crate) fn extras(
+    features: Features,
+    surface: Surface,
+    size: (usize, usize),
+    list: &mut Dispatches,
+) -> Extras {
+    let sees = |channel: Channel| features.channels().contains(&channel);
+    let depth_range = sees(Channel::DepthNormalized).then(|| depth_range::push(surface, size, list));
+    let horizon = sees(Channel::HorizonOcclusion).then(|| agtao::push_horizons(surface, size, list));
+    Extras { depth_range, horizon }
 }
 
-/// The dispatch that writes the features of the frame into `output`.
-///
-/// # Errors
-/// Never for what [`Plan`] makes.
-pub(crate) fn pass(
-    (context, options, features): (&Context, &Options, Features),
-    compiler: &Compiler,
-    (plan, memory, extras): (&Plan, &Memory, &Extras),
-    (output, patch): (BufferId, usize),
-) -> Result<Pass> {
-    let cells = &plan.buffers[output];
-    let size = context.uniform("features", &[cells.width, cells.height])?;
-    let mut bindings = vec![Binding::Uniform(&size), Binding::Write(memory.of(output))];
-    bindings.extend(extras.depth_range.as_ref().map(Binding::Read));
-    bindings.extend(extras.horizons.as_ref().map(|h| Binding::Read(&h.filtered)));
-    let shader = shader((context.precision, options), features, patch);
-    let recipe = Recipe { label: "features", shader, sees_frame: true };
+/// Adds the dispatch that writes the features of the frame into `output`.
+pub(crate) fn push(
+    features: Features,
+    (sized, extras): (&Sized<'_>, Extras),
+    (output, patch): (plan::BufferId, usize),
+    list: &mut Dispatches,
+) {
+    let cells = &sized.plan.buffers[output];
+    let size = list.uniform("features", &[cells.width, cells.height]);
+    let mut bindings = vec![Binding::Uniform(size), Binding::Write(sized.memory.of(output))];
+    bindings.extend(extras.depth_range.map(Binding::Read));
+    bindings.extend(extras.horizon.map(Binding::Read));
     let quads = blocks(patch * patch);
-    let workgroups = [cells.width.div_ceil(TILE[0]), cells.height.div_ceil(TILE[1]), quads];
-    Ok(Pass::new(compiler, &recipe, &bindings, workgroups))
+    let dispatch = Dispatch {
+        label: "features",
+        shader: shader(sized.surface, features, patch),
+        sees_frame: true,
+        workgroups: [cells.width.div_ceil(TILE[0]), cells.height.div_ceil(TILE[1]), quads],
+    };
+    list.push(&dispatch, &bindings);
 }
 
 /// The shader of the features. Depth range and horizon follow the output, where there are such.
-pub(crate) fn shader(of: (Precision, &Options), features: Features, patch: usize) -> Shader {
-    let mut shader = surface(of.0, of.1)
+pub(crate) fn shader(surface: Surface, features: Features, patch: usize) -> Shader {
+    let mut shader = surface
+        .shader()
         .number("PATCH", patch)
         .number("FEATURES", features.channels().len())
         .part(include_str!("features.wgsl"));
@@ -73,11 +74,6 @@ pub(crate) fn shader(of: (Precision, &Options), features: Features, patch: usize
         shader = shader.part(&format!("@group(1) @binding({}) var<storage, read> {declaration};", i + 2));
     }
     shader.part(&features_of(features))
-}
-
-/// The shader of the depth range.
-pub(crate) fn depth_range_shader(surface: Shader) -> Shader {
-    surface.part(include_str!("depth_range.wgsl"))
 }
 
 /// The function that lists the features of a pixel.

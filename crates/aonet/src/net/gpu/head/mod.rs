@@ -3,15 +3,13 @@
 
 pub(crate) mod kernel_predict_matrix;
 
-use crate::error::Result;
 use crate::gpu::matrices::Matrices;
-use crate::gpu::options::{Kernels, Precision};
+use crate::gpu::program::{self, Arithmetic, Binding, Contents, Dispatch, Dispatches, floats};
 use crate::gpu::shader::Shader;
-use crate::gpu::wgpu_30::context::Context;
-use crate::gpu::wgpu_30::pass::{Binding, Compiler, Pass, Recipe};
 use crate::net::config::KernelWeights;
 use crate::net::gpu::conv;
-use crate::net::gpu::memory::{BLOCK, Memory, blocks};
+use crate::net::gpu::memory::{BLOCK, blocks};
+use crate::net::gpu::network::Sized;
 use crate::net::graph::{GUIDE_CHANNELS, TAPS, WINDOW};
 use crate::net::plan::{BufferId, Plan};
 use crate::net::weights::Weights;
@@ -27,25 +25,24 @@ const MAX_CELLS: usize = 2;
 /// The last step of a network.
 #[derive(Debug)]
 pub(crate) struct Head {
+    name: String,
     input: BufferId,
     guide: BufferId,
     patch: usize,
     kernel: KernelWeights,
     /// What it is computed with, where it is.
     matrices: Option<Matrices>,
-    weights: wgpu::Buffer,
-    bias: wgpu::Buffer,
+    weights: Contents,
+    bias: Contents,
 }
 
 impl Head {
-    /// # Errors
-    /// When its weights are more than a shader may see.
     pub(crate) fn new(
-        context: &Context,
+        arithmetic: Arithmetic,
         plan: &Plan,
         weights: &Weights,
         (name, [input, guide], patch, kernel): (&str, [BufferId; 2], usize, KernelWeights),
-    ) -> Result<Self> {
+    ) -> Self {
         let order = order(patch, kernel);
         let weight = &weights.get(&format!("{name}.weight")).values;
         let bias = &weights.get(&format!("{name}.bias")).values;
@@ -54,7 +51,7 @@ impl Head {
             Some(output) if input < channels => weight[output * channels + input],
             Some(_) | None => 0.0,
         };
-        let matrices = matrix::suits(context.kernels, channels, kernel);
+        let matrices = matrix::suits(arithmetic.kernels, channels, kernel);
         let packed = match matrices {
             Some(matrices) => {
                 let kernels = order.len() / (WINDOW * WINDOW);
@@ -63,8 +60,8 @@ impl Head {
             None => packed(&order, (out_blocks(kernel) * BLOCK, blocks(channels)), value),
         };
         let bias: Vec<_> = order.iter().map(|output| output.map_or(0.0, |o| bias[o])).collect();
-        let (weights, bias) = (context.reals(name, &packed)?, context.floats(name, &bias)?);
-        Ok(Self { input, guide, patch, kernel, matrices, weights, bias })
+        let (name, weights, bias) = (name.to_owned(), arithmetic.reals(&packed), floats(&bias));
+        Self { name, input, guide, patch, kernel, matrices, weights, bias }
     }
 
     /// Values that it writes for a plan.
@@ -72,24 +69,15 @@ impl Head {
         plan.padded.0 * plan.padded.1
     }
 
-    /// The dispatch for a plan; `raw` gets the visibility before it is clamped, pixel of the patch by pixel.
-    ///
-    /// # Errors
-    /// Never for what [`Plan`] makes.
-    pub(crate) fn pass(
-        &self,
-        context: &Context,
-        compiler: &Compiler,
-        (plan, memory): (&Plan, &Memory),
-        raw: &wgpu::Buffer,
-    ) -> Result<Pass> {
+    /// Adds the dispatch for a plan; `raw` gets the visibility before it is clamped, pixel of the patch by pixel.
+    pub(crate) fn push(&self, sized: &Sized<'_>, raw: program::BufferId, list: &mut Dispatches) {
+        let Sized { arithmetic, plan, memory, .. } = *sized;
         let input = &plan.buffers[self.input];
         let cells = (input.width, input.height);
-        let shape = context.uniform("head", &[cells.0, cells.1, blocks(input.channels), 0])?;
         let mut bindings = vec![
-            Binding::Uniform(&shape),
-            Binding::Read(&self.weights),
-            Binding::Read(&self.bias),
+            Binding::Uniform(list.uniform("head", &[cells.0, cells.1, blocks(input.channels), 0])),
+            Binding::Read(list.filled(&self.name, &self.weights)),
+            Binding::Read(list.filled(&self.name, &self.bias)),
             Binding::Write(raw),
             Binding::Read(memory.of(self.input)),
         ];
@@ -106,11 +94,10 @@ impl Head {
             }
             None => {
                 let rows = cells_each(cells, self.kernel);
-                (shader((context.precision, context.kernels), of, rows), conv::workgroups(cells, rows, 1))
+                (shader(arithmetic, of, rows), conv::workgroups(cells, rows, 1))
             }
         };
-        let recipe = Recipe { label: "head", shader, sees_frame: false };
-        Ok(Pass::new(compiler, &recipe, &bindings, workgroups))
+        list.push(&Dispatch { label: "head", shader, sees_frame: false, workgroups }, &bindings);
     }
 }
 
@@ -124,13 +111,13 @@ fn cells_each(cells: (usize, usize), kernel: KernelWeights) -> usize {
 
 /// The shader of a head for so many cells an invocation.
 pub(crate) fn shader(
-    (precision, kernels): (Precision, Kernels),
+    arithmetic: Arithmetic,
     (patch, kernel): (usize, KernelWeights),
     cells: usize,
 ) -> Shader {
     let begin = |groups: usize| {
-        Shader::new(precision)
-            .with_kernels(kernels)
+        Shader::new(arithmetic.precision)
+            .with_kernels(arithmetic.kernels)
             .number("CELLS", cells)
             .number("GROUPS", groups.min(MAX_GROUPS))
             .number("OUT_BLOCKS", out_blocks(kernel))

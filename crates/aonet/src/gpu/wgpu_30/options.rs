@@ -1,0 +1,78 @@
+//! How a session is built on a device.
+
+use crate::gpu::matrices::Matrices;
+use crate::gpu::options::{
+    DepthEncoding, Kernels, NormalEncoding, NormalSpace, Precision, ProgramOptions, TextureEncoding,
+};
+use crate::net::config::Features;
+
+/// How a session is built.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Options {
+    /// Numbers to compute with.
+    pub precision: Precision,
+    /// Instructions to compute with.
+    pub kernels: Kernels,
+    /// Encoding of the normals.
+    pub normals: NormalEncoding,
+    /// Their space.
+    pub normal_space: NormalSpace,
+    /// Encoding of the depth.
+    pub depth: DepthEncoding,
+    /// Format of the AO texture: one that can be rendered to and holds a float in its first channel, such as `R8Unorm`
+    /// or `R16Float`.
+    pub output: wgpu::TextureFormat,
+}
+
+impl Default for Options {
+    /// View-space normals as they are, reversed depth, 8 bits of visibility, half floats where there are some.
+    fn default() -> Self {
+        Self {
+            precision: Precision::default(),
+            kernels: Kernels::default(),
+            normals: NormalEncoding::default(),
+            normal_space: NormalSpace::default(),
+            depth: DepthEncoding::default(),
+            output: wgpu::TextureFormat::R8Unorm,
+        }
+    }
+}
+
+impl Options {
+    /// What the frame's textures hold.
+    pub(crate) fn textures(&self) -> TextureEncoding {
+        let Self { normals, normal_space, depth, .. } = *self;
+        TextureEncoding { normals, normal_space, depth }
+    }
+
+    /// The options of a program that a device can run, for a network that sees these features.
+    pub(crate) fn on(&self, device: &wgpu::Device, features: Features) -> ProgramOptions {
+        let precision = self.precision.on(device, features);
+        let kernels = self.kernels.on(device, precision);
+        ProgramOptions { precision, kernels, textures: self.textures() }
+    }
+}
+
+impl Precision {
+    /// What it comes to on a device for a network that sees these features: positions and depths in world units may be
+    /// anything, and do not fit in 16 bits.
+    pub fn on(self, device: &wgpu::Device, features: Features) -> Self {
+        match device.features().contains(wgpu::Features::SHADER_F16) {
+            true => self.of(features),
+            false => Self::F32,
+        }
+    }
+}
+
+impl Kernels {
+    /// What they come to on a device, for what the precision comes to there.
+    pub fn on(self, device: &wgpu::Device, precision: Precision) -> Self {
+        let has = |features| device.features().contains(features);
+        let there = match self {
+            Self::Plain => true,
+            Self::Subgroups => has(wgpu::Features::SUBGROUP),
+            Self::Matrices(_) => has(Matrices::FEATURES),
+        };
+        if there { self.of(precision) } else { Self::Plain }
+    }
+}

@@ -1,0 +1,23 @@
+//! The range of depths of a frame's foreground.
+
+use crate::gpu::program::{Binding, BufferId, Dispatch, Dispatches};
+use crate::gpu::shader::Shader;
+use crate::gpu::surface::Surface;
+
+/// Adds the dispatch that finds the range; returns its buffer.
+pub(crate) fn push(surface: Surface, (width, height): (usize, usize), list: &mut Dispatches) -> BufferId {
+    let range = list.cleared("depth range", 2 * size_of::<u32>());
+    let dispatch = Dispatch {
+        label: "depth range",
+        shader: shader(surface),
+        sees_frame: true,
+        workgroups: [width.div_ceil(16), height.div_ceil(16), 1],
+    };
+    list.push(&dispatch, &[Binding::Write(range)]);
+    range
+}
+
+/// Its shader.
+pub(crate) fn shader(surface: Surface) -> Shader {
+    surface.shader().part(include_str!("depth_range.wgsl"))
+}

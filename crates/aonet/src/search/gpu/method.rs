@@ -1,0 +1,122 @@
+//! Classic methods as programs.
+
+use super::{agtao, denoise, gtao, hbao, pixels, ssao, ssdo, vbao};
+use crate::error::{Error, Result};
+use crate::gpu::image::{Image, Raw};
+use crate::gpu::options::{Precision, TextureEncoding};
+use crate::gpu::program::{Arithmetic, Binding, BufferId, Describe, Dispatches, Program};
+use crate::gpu::shader::Shader;
+use crate::gpu::surface::Surface;
+use crate::search::Classic;
+use crate::search::gpu::hemisphere;
+use crate::search::gpu::pyramid::Pyramid;
+
+/// A classic method that describes its programs. They compute in 32-bit floats. NNAO has no shaders.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Method {
+    method: Classic,
+    surface: Surface,
+}
+
+impl Method {
+    /// A method for frames whose textures hold this.
+    ///
+    /// # Errors
+    /// When the method is NNAO or a parameter is out of its range.
+    pub fn new(method: &Classic, textures: TextureEncoding) -> Result<Self> {
+        let (method, surface) = (method.checked()?, Surface { precision: Precision::F32, textures });
+        shader(surface, &method)?;
+        Ok(Self { method, surface })
+    }
+
+    /// Adds the dispatches that fill `found`.
+    fn push_search(&self, found: BufferId, size: (usize, usize), list: &mut Dispatches) -> Result<()> {
+        let mut bindings = vec![Binding::Write(found)];
+        match &self.method {
+            Classic::Ssao(params) => {
+                bindings.push(Binding::Read(hemisphere::buffer(&ssao::samples(params), list)));
+            }
+            Classic::Ssdo(params) => {
+                bindings.push(Binding::Read(hemisphere::buffer(&ssdo::samples(params), list)));
+            }
+            Classic::Gtao(params) => {
+                let pyramid = Pyramid::new(size, list);
+                pyramid.push(self.surface, params, size, list);
+                bindings.extend(pyramid.bindings());
+            }
+            Classic::Hbao(_) | Classic::Vbao(_) | Classic::Agtao(_) | Classic::Nnao(_) => {}
+        }
+        let shader = shader(self.surface, &self.method)?;
+        pixels::push((self.method.name(), shader), &bindings, size, list);
+        Ok(())
+    }
+}
+
+impl Describe for Method {
+    fn program(&self, size: (usize, usize)) -> Result<Program> {
+        crate::Size::new(size.0, size.1)?;
+        let (surface, mut list) = (self.surface, Dispatches::default());
+        let buffers = [(); 2].map(|()| pixels::visibility(&mut list, "visibility", size));
+        self.push_search(buffers[0], size, &mut list)?;
+        let filter = self.method.denoise();
+        for i in 0..filter.passes as usize {
+            let way = [buffers[i % 2], buffers[(i + 1) % 2]];
+            denoise::push(denoise::shader(surface, filter), way, size, &mut list);
+        }
+        let raw = Raw::Pixels(buffers[filter.passes as usize % 2]);
+        let image = Image { raw, patch: 1, cells: size, base: None }.draw(surface, &mut list);
+        let (textures, arithmetic) = (surface.textures, Arithmetic::PLAIN);
+        Ok(Program { size, textures, arithmetic, dispatches: list, image, trusted: true })
+    }
+}
+
+/// The shader of a method's search, before its filter.
+///
+/// # Errors
+/// When it has none.
+fn shader(surface: Surface, method: &Classic) -> Result<Shader> {
+    Ok(match method {
+        Classic::Ssao(params) => ssao::shader(surface, params),
+        Classic::Hbao(params) => hbao::shader(surface, params),
+        Classic::Ssdo(params) => ssdo::shader(surface, params),
+        Classic::Gtao(params) => gtao::shader(surface, params),
+        Classic::Vbao(params) => vbao::shader(surface, params),
+        Classic::Agtao(params) => agtao::shader(surface, params),
+        Classic::Nnao(_) => {
+            let expected = "ssao, hbao, ssdo, gtao, vbao or agtao";
+            return Err(Error::value("method on a graphics device", expected, method.name()));
+        }
+    })
+}
+
+#[cfg(all(test, feature = "gpu"))]
+mod tests {
+    use super::*;
+    use crate::net::gpu::valid::{PRECISIONS, encodings, validate};
+    use crate::search::gpu::pyramid;
+    use crate::search::{GtaoParams, HORIZONS, SsaoParams, VbaoParams};
+
+    /// Every branch that a parameter chooses.
+    fn methods() -> impl Iterator<Item = Classic> {
+        let all = Classic::all().into_iter().filter(|m| !matches!(m, Classic::Nnao(_)));
+        all.chain([
+            Classic::Gtao(GtaoParams { depth_levels: 1, ..GtaoParams::default() }),
+            Classic::Vbao(VbaoParams { cosine: 1, ..VbaoParams::default() }),
+            Classic::Ssao(SsaoParams { hemisphere: 0, ..SsaoParams::default() }),
+        ])
+    }
+
+    #[test]
+    fn every_shader_is_valid() {
+        for precision in PRECISIONS {
+            for textures in encodings() {
+                let of = Surface { precision, textures };
+                for method in methods() {
+                    validate(shader(of, &method).unwrap().source(), &format!("{method:?}"));
+                }
+                validate(pyramid::shader(of, &GtaoParams::default()).source(), "pyramid");
+                validate(denoise::shader(of, HORIZONS.denoise()).source(), "denoise");
+            }
+        }
+    }
+}
