@@ -1,12 +1,12 @@
-// Mouse, fingers and keys that move the viewer and the border.
+// Mouse, touch and keyboard: they move the viewer and the border.
 
-// Radians a height of the canvas. guess: half a turn over a screen.
+// Radians per height of the canvas. guess: half a turn over a screen.
 const TURN = 3;
-// Distance a notch of the wheel or a key.
+// Factor of the distance per notch of the wheel or key.
 const NEARER = 0.9;
-// Radians and parts of the distance a key.
+// Radians, and parts of the distance, per key.
 const STEP = 0.08;
-// Pixels beside the border that belong to it. guess: half a finger, and a mouse that need not aim.
+// Distance from the border that still grabs it (px). guess: half a finger; a comfortable aim for a mouse.
 const NEAR = { touch: 16, mouse: 6 };
 
 /**
@@ -15,7 +15,7 @@ const NEAR = { touch: 16, mouse: 6 };
  */
 export function follow_input(canvas, move, border) {
     const fingers = new Map();
-    // The finger that has the border.
+    // The pointer that holds the border.
     let holder = null;
     const share = (event) => (event.clientX - canvas.getBoundingClientRect().left) / canvas.clientWidth;
     const near = (event) =>
@@ -46,7 +46,7 @@ export function follow_input(canvas, move, border) {
             return;
         }
         const other = [...fingers.values()].find((finger) => finger.pointerId !== event.pointerId);
-        // Two fingers share the way.
+        // Two fingers each move half as much.
         const unit = canvas.clientHeight * (other ? 2 : 1);
         const x = (event.clientX - last.clientX) / unit;
         const y = (event.clientY - last.clientY) / unit;

@@ -1,10 +1,10 @@
-// The document around the picture: controls, files, sizes, sentences. What they do is in the crate beside this folder.
+// The document around the picture: controls, files, sizes, messages. The crate beside this folder does the work.
 
 import { follow_input } from "./input.js";
 
 const NO_WEBGPU = "This browser shows no picture: aonet needs WebGPU, and this browser offers none here. Recent versions of " +
     "Chrome, Edge, Firefox and Safari have it, on pages that come over https or from localhost.";
-// Files beyond do not fit into the memory that a page has. guess: half of the 4 GiB of 32-bit addresses, for file and scene.
+// Larger files do not fit into a page's memory. guess: half of the 4 GiB of 32-bit addresses, for file and scene.
 const MOST_BYTES = 2 ** 30;
 // Share of the picture's width that has room for a name. guess: the longest is an eighth of a desktop's.
 const NAMED = 0.15;
@@ -14,24 +14,24 @@ const of = (id) => document.getElementById(id);
 const canvas = of("picture");
 let viewer;
 
-/** Shows a sentence until there is another one; none for "". */
+/** Shows a message until the next one; "" shows none. */
 function say(text) {
     of("message").textContent = text;
     of("message").hidden = text === "";
 }
 
-/** Whether the device has refused something: what it draws from then on is not to be trusted. */
+/** Whether the device has reported an error: pictures after that cannot be trusted. */
 function refused() {
     return of("message").textContent.startsWith(REFUSES);
 }
 
-/** The last sentence: nothing can be shown any more. */
+/** Shows the last message: nothing can be drawn any more. */
 function stop(text) {
     document.body.dataset.state = "stopped";
     say(text);
 }
 
-/** After a bug of ours, and without memory, the viewer can do nothing more. */
+/** After a bug in aonet, or without memory, the viewer cannot continue. */
 function fail(error) {
     if (error instanceof WebAssembly.RuntimeError || error.message.startsWith("panicked")) {
         stop(`aonet has failed: ${error.message}. Load the page again to go on.`);
@@ -80,13 +80,13 @@ const frames = {
     },
 };
 
-/** Says what it took to draw the picture, and where it was drawn from. */
+/** Shows the times of the picture and its view. */
 function tell() {
     of("times").textContent = `${canvas.width} x ${canvas.height} pixels. ${viewer.times()}`;
     of("view").textContent = viewer.view();
 }
 
-/** Gives the canvas as many pixels as are asked for. */
+/** Gives the canvas as many pixels as the controls request. */
 function fit() {
     const scale = devicePixelRatio * Number(of("scale").value);
     const sides = [canvas.clientWidth, canvas.clientHeight].map((side) => Math.max(1, Math.round(side * scale)));
@@ -96,7 +96,7 @@ function fit() {
     }
 }
 
-/** Does something to the viewer and shows what came of it, or why nothing did. */
+/** Applies a change to the viewer and shows the result or the error. */
 function change(what) {
     try {
         what(viewer);
@@ -109,7 +109,7 @@ function change(what) {
     frames.want();
 }
 
-/** The methods that are chosen, with their names on the picture. */
+/** Sets the chosen methods and shows their names on the picture. */
 function show_methods(viewer) {
     viewer.set_methods(of("left").value, of("right").value);
     for (const side of ["left", "right"]) {
@@ -186,7 +186,7 @@ function fill(select, names, titles, chosen) {
     select.replaceChildren(...names.map((name, i) => new Option(titles[i], name, false, name === chosen)));
 }
 
-/** Sentences of the device, as they come. */
+/** Shows errors of the device as they arrive. */
 async function hear() {
     for (;;) {
         const sentence = await viewer.next_error();
@@ -194,7 +194,7 @@ async function hear() {
             return stop(`The graphics device is gone (${sentence.slice(6)}). Load the page again to go on.`);
         }
         console.error(sentence);
-        // What follows from the first is of no use to anybody.
+        // Errors that follow from the first one are not useful.
         if (!refused()) {
             say(`${REFUSES}${sentence}`);
         }

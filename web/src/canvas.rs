@@ -1,11 +1,11 @@
-//! A canvas as a target of pictures.
+//! A canvas as a render target.
 
 use aonet::gpu::{Device, wgpu};
 use aonet_view::renderer::Present;
 use aonet_view::{Error, Result};
 use wgpu::CurrentSurfaceTexture as Next;
 
-/// A canvas and what draws on it.
+/// A canvas and its surface.
 pub(crate) struct Canvas {
     surface: wgpu::Surface<'static>,
     configuration: wgpu::SurfaceConfiguration,
@@ -16,7 +16,7 @@ impl Canvas {
     /// # Errors
     /// When something else, such as WebGL, has drawn on the canvas.
     pub(crate) fn new(device: &Device, canvas: web_sys::HtmlCanvasElement, format: &str) -> Result<Self> {
-        // Both can be drawn on everywhere; browsers copy pictures in the one that they do not prefer.
+        // Both formats work everywhere; browsers copy pictures in the format that they do not prefer.
         let format = match format {
             "rgba8unorm" => wgpu::TextureFormat::Rgba8Unorm,
             _ => wgpu::TextureFormat::Bgra8Unorm,
@@ -33,7 +33,7 @@ impl Canvas {
             view_formats: vec![],
         };
         let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
-        // In a browser a canvas takes pictures of any device.
+        // In a browser any device can draw on a canvas.
         let surface = instance
             .create_surface(wgpu::SurfaceTarget::Canvas(canvas))
             .map_err(|e| aonet::Error::device("canvas", "one that nothing else has drawn on", e))?;
@@ -42,13 +42,13 @@ impl Canvas {
         Ok(Self { surface, configuration, present })
     }
 
-    /// Follows the canvas to another size (px), both sides above 0.
+    /// Changes the size to the canvas's (px), both sides above 0.
     pub(crate) fn resize(&mut self, device: &wgpu::Device, (width, height): (u32, u32)) {
         (self.configuration.width, self.configuration.height) = (width, height);
         self.surface.configure(device, &self.configuration);
     }
 
-    /// Runs the commands and puts their picture on the canvas.
+    /// Submits the commands and shows their picture on the canvas.
     ///
     /// # Errors
     /// When the canvas has no texture to draw on.

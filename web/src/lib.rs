@@ -1,5 +1,5 @@
-//! What the page shows and what its controls do. The page itself, in `page/`, knows the document; this crate knows the
-//! renderer, and of the document a canvas only.
+//! What the page shows and what its controls do. The page itself, in `page/`, handles the document; this crate uses the
+//! renderer, and knows only the canvas of the document.
 
 mod canvas;
 mod errors;
@@ -30,14 +30,14 @@ pub struct Viewer {
     errors: DeviceErrors,
 }
 
-/// The scene on the canvas. The hierarchy takes a while: it is built when somebody wants to see what rays find.
+/// The scene on the canvas. Building the hierarchy takes a while, so it is built when rays are first needed.
 enum Shown {
     Drawn(Scene),
     Traced,
 }
 
-/// Rays a pixel of the reference: in a frame, and in all.
-// guess: a frame lasts as long as a network's on cards without ray tracing units; a share of 512 rays strays by 2 % at most.
+/// Rays per pixel of the reference: in one frame, and at most.
+// guess: a frame takes as long as a network's on cards without ray tracing units; the standard deviation of 512 rays is 2 % at most.
 const SAMPLES: u32 = 4;
 const MOST_SAMPLES: u32 = 512;
 
@@ -48,7 +48,7 @@ impl Viewer {
     /// # Errors
     /// When the browser has no device with WebGPU's default limits, or none for the canvas.
     pub async fn create(canvas: web_sys::HtmlCanvasElement, format: &str) -> Result<Viewer, JsError> {
-        // A panic is a bug of ours: the page gets its text.
+        // A panic is a bug in aonet: the page shows its text.
         std::panic::set_hook(Box::new(|panic| throw_str(&panic.to_string())));
         let device = Device::request().await.map_err(shown)?;
         let errors = DeviceErrors::of(&device.device);
@@ -78,7 +78,7 @@ impl Viewer {
         Ok(())
     }
 
-    /// Draws a frame; a promise of its end.
+    /// Draws a frame; returns a promise that resolves when it is done.
     ///
     /// # Errors
     /// When a method cannot run on the device, or the canvas takes no picture.
@@ -100,7 +100,7 @@ impl Viewer {
     /// Shows a glTF file in one piece: a `.glb`, or a `.gltf` with its buffers inside.
     ///
     /// # Errors
-    /// Says what is wrong with the file; the scene stays then.
+    /// Describes what is wrong with the file; the scene then stays.
     pub fn open(&mut self, name: &str, bytes: &[u8]) -> Result<(), JsError> {
         let named = |error: &dyn Display| JsError::new(&format!("{name}: {error}"));
         let mut scene = gltf::from_bytes(bytes, None, name, MissingNormals::CREASE).map_err(|e| named(&e))?;
@@ -112,7 +112,7 @@ impl Viewer {
         self.set_radius(self.stage.radius)
     }
 
-    /// What is not shown of the scene's images, in a sentence; empty when all are.
+    /// Names images of the scene that are not shown; empty when all are shown.
     pub fn missing(&self) -> String {
         self.renderer.missing().unwrap_or_default()
     }
@@ -182,15 +182,15 @@ impl Viewer {
         Ok(serde_json::to_string(&self.stage.view(self.renderer.size(), self.radius()))?)
     }
 
-    /// Milliseconds on the device, step by step, of a frame not long ago, where the device has a clock; and how many rays a
-    /// reference has.
+    /// Times of a recent frame's steps on the device (ms), if the device has a clock, and the number of rays of the
+    /// reference.
     pub fn times(&self) -> String {
         let steps = self.renderer.times().iter().map(|time| format!("{} {:.1} ms", time.label, time.ms));
         let rays = self.frame.traces().then(|| format!("{} rays a pixel", self.renderer.samples()));
         steps.chain(rays).collect::<Vec<_>>().join(", ")
     }
 
-    /// What draws.
+    /// Name and driver of the graphics device.
     pub fn adapter(&self) -> String {
         let of = &self.device.adapter;
         [&of.name, &of.driver].into_iter().filter(|s| !s.is_empty()).cloned().collect::<Vec<_>>().join(", ")
@@ -198,7 +198,7 @@ impl Viewer {
 }
 
 impl Viewer {
-    /// Gives the renderer what rays need, once a frame shows some.
+    /// Gives the renderer the hierarchy when a frame first needs rays.
     fn trace(&mut self) -> aonet_view::Result<()> {
         let Shown::Drawn(scene) = &mut self.scene else { return Ok(()) };
         if !self.frame.traces() {
@@ -216,7 +216,7 @@ pub fn method_names() -> Vec<String> {
     Method::ALL.map(|method| method.name().to_owned()).into()
 }
 
-/// What people call the methods.
+/// Titles of the methods.
 #[wasm_bindgen]
 pub fn method_titles() -> Vec<String> {
     Method::ALL.map(|method| method.title().to_owned()).into()

@@ -1,22 +1,22 @@
-//! Where the viewer stands and how far it sees.
+//! The viewer's position and the far plane.
 
 use aonet::{Camera, Result, Size};
 use aonet_scene::View;
 use aonet_scene::scene::Bounds;
 use aonet_view::renderer::Orbit;
 
-/// A camera that hands can move, and lengths that suit the scene (world units).
+/// A camera for mouse and keyboard, and lengths that suit the scene (world units).
 pub(crate) struct Stage {
     pub(crate) orbit: Orbit,
     /// Vertical field of view (degrees).
     fov_y_deg: f32,
     near: f32,
     pub(crate) far: f32,
-    /// An AO radius to begin with.
+    /// The initial AO radius.
     pub(crate) radius: f32,
 }
 
-/// Of scenes from files: vertical field of view (degrees), direction of the view (rad), and the AO radius in radii of the
+/// For scenes from files: vertical field of view (degrees), direction of the view (rad), and the AO radius in radii of the
 /// scene.
 // guess: a portrait of an object from somewhat above.
 const FOV_Y_DEG: f32 = 40.0;
@@ -36,7 +36,7 @@ impl Stage {
         }
     }
 
-    /// A camera from which all of a scene is seen.
+    /// A camera that sees the whole scene.
     pub(crate) fn around(bounds: Bounds) -> Self {
         let radius = bounds.radius();
         let mut orbit = Orbit::new(bounds.centre() + radius * glam::Vec3::Z, bounds.centre());
@@ -53,7 +53,7 @@ impl Stage {
         self.orbit.camera(self.fov_y_deg.to_radians(), Size::new(size.0, size.1)?, self.near)
     }
 
-    /// What the command line calls a view, with frames of `size` (width, height) (px) and an AO radius (world units).
+    /// A view for the command line, with frames of `size` (width, height) (px) and an AO radius (world units).
     pub(crate) fn view(&self, (width, height): (usize, usize), radius: f32) -> View {
         View {
             eye: self.orbit.eye().to_array(),

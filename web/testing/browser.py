@@ -1,4 +1,4 @@
-"""A headless Chromium that is told what to do over a pipe: https://chromedevtools.github.io/devtools-protocol/."""
+"""A headless Chromium, controlled over a pipe: https://chromedevtools.github.io/devtools-protocol/."""
 
 import base64
 import json
@@ -17,11 +17,11 @@ WEBGPU += ["--use-vulkan=swiftshader", "--use-gl=angle", "--use-angle=swiftshade
 
 
 class Absent(Exception):
-    """What the test needs is not there."""
+    """Something that the test needs is missing."""
 
 
 def executable():
-    """The browser: of the environment variable CHROMIUM, or the first that is installed."""
+    """The browser's path: the environment variable CHROMIUM, or the first installed one."""
     found = [path for path in map(shutil.which, [os.environ.get("CHROMIUM", "")] + NAMES) if path]
     if not found:
         raise Absent(f"no browser: install one of {', '.join(NAMES)}, or set CHROMIUM")
@@ -36,7 +36,7 @@ class Browser:
         (to_browser, self.write_end), (self.read_end, from_browser) = os.pipe(), os.pipe()
 
         def places_of_the_pipe():
-            # Copies first: one of the two may have the other's place.
+            # Duplicates first, because either may have the other's number.
             ends = [os.dup(end) for end in (to_browser, from_browser)]
             os.dup2(ends[0], 3)
             os.dup2(ends[1], 4)
@@ -98,7 +98,7 @@ class Browser:
         return json.loads(message)
 
     def hear(self, event):
-        """Keeps what the page complains about, as far as anybody reads it."""
+        """Keeps the page's error messages."""
         if len(self.console) == 5:
             return
         params = event.get("params", {})
@@ -129,7 +129,7 @@ class Browser:
         return found["result"].get("value")
 
     def wait(self, script, timeout_s=180):
-        """Until an expression is true."""
+        """Waits until an expression is true."""
         until = time.monotonic() + timeout_s
         while not self.run(script):
             if time.monotonic() > until:
@@ -137,6 +137,6 @@ class Browser:
             time.sleep(0.1)
 
     def screenshot(self, path):
-        """The whole page as it is seen, as PNG."""
+        """A screenshot of the whole page, as PNG."""
         shot = self.call("Page.captureScreenshot", format="png", captureBeyondViewport=True)
         path.write_bytes(base64.b64decode(shot["data"]))

@@ -1,4 +1,4 @@
-"""What must hold of the page. A check takes a desk and returns what it has measured; what does not hold is an
+"""Checks of the page. A check takes a desk and returns what it has measured; what does not hold is an
 AssertionError."""
 
 import math
@@ -25,7 +25,7 @@ def expect(condition, sentence):
 
 
 def without_webgpu(desk):
-    """Says so in a sentence, and shows no dead controls."""
+    """The page explains it, and shows no controls that do nothing."""
     expect("WebGPU" in desk.message(), f"the page says {desk.message()!r}")
     expect(not desk.page.run("document.getElementById('controls').checkVisibility()"), "controls without a picture")
     desk.screenshot("without_webgpu")
@@ -33,7 +33,7 @@ def without_webgpu(desk):
 
 
 def pictures(desk):
-    """Are the native renderer's: every kind, networks and classic methods, on both sides of the slider."""
+    """Pictures agree with the native renderer's: every kind, networks and classic methods, on both sides of the slider."""
     measured = []
     for name, (controls, least) in GOLDEN.items():
         here = desk.set(**controls)
@@ -46,7 +46,7 @@ def pictures(desk):
 
 
 def reference(desk):
-    """Rays converge, to something that the network comes near to."""
+    """Rays converge, and the result is close to the network's."""
     network = desk.set(scale=0.25, left="network", right="network", split=1, show="ao")
     traced = desk.set(left="reference", right="reference")
     desk.screenshot("reference")
@@ -63,7 +63,7 @@ def reference(desk):
 
 
 def slider(desk):
-    """Left of it is one method, right of it the other."""
+    """One method is left of the slider, the other one right of it."""
     whole = [desk.set(left=method, right=method, split=0) for method in ("off", "network")]
     both = desk.set(left="off", right="network", split=0.2)
     # The slider itself is a column of its own. Python rounds halves to even numbers, the renderer does not.
@@ -79,7 +79,7 @@ def slider(desk):
 
 
 def radius(desk):
-    """A longer radius is said to be longer, and finds more occluders."""
+    """A longer radius is displayed as longer, and finds more occluders."""
     means, said = [], []
     desk.set(left="gtao", right="gtao", split=1, show="ao")
     for exponent in (-1.8, -1.2):
@@ -92,7 +92,7 @@ def radius(desk):
 
 
 def input_moves(desk):
-    """Mouse, wheel, finger and keys move the viewer; keys go back where they came from. The border can be dragged, too."""
+    """Mouse, wheel, touch and keys move the viewer; opposite keys return it. The border can be dragged."""
     start = desk.set(left="off", right="off")
     moves = {"mouse": desk.drag, "finger": desk.swipe, "wheel": desk.roll, "key": lambda: desk.press("ArrowLeft")}
     last = start
@@ -116,7 +116,7 @@ def input_moves(desk):
 
 
 def files(desk):
-    """A file that is broken is named and changes nothing; one that is sound is shown."""
+    """A broken file is named and changes nothing; a valid file is shown."""
     before = desk.set(left="gtao", right="gtao")
     desk.let_fall("broken.glb", b"glTF, but not for long")
     expect("broken.glb" in desk.message(), f"the page says {desk.message()!r} of a broken file")
@@ -131,7 +131,7 @@ def files(desk):
     expected = [255 * (0.5 + 0.5 * n) for n in (0, math.cos(0.35), math.sin(0.35))]
     near = all(abs(a - b) < 2 for texel in set(seen) for a, b in zip(texel, expected))
     expect(seen and near, f"normals {set(seen)}, expected {expected}")
-    # Its image is none.
+    # Its image is broken.
     torn = SEEDS / "everything.glb"
     desk.let_fall(torn.name, torn.read_bytes())
     expect('not shown: image "wood"' in desk.message(), f"the page says {desk.message()!r} of {torn.name}")
@@ -140,7 +140,7 @@ def files(desk):
 
 
 def sizes(desk):
-    """A phone has all of its pixels and nothing to scroll sideways; a canvas without a size does no harm."""
+    """On a phone the canvas has all pixels and nothing scrolls sideways; a canvas without a size is harmless."""
     desk.set(left="off", right="off", show="shaded", scale=1)
     phone = (360, 740)
     desk.page.resize(phone, scale=2, mobile=True)
@@ -163,7 +163,7 @@ def sizes(desk):
 
 
 def lost_device(desk):
-    """A device that goes is an end with a sentence."""
+    """A lost device ends the page with a message."""
     desk.page.run("device.destroy()")
     desk.page.wait("document.body.dataset.state === 'stopped'")
     expect("device is gone" in desk.message(), f"the page says {desk.message()!r}")

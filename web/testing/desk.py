@@ -8,8 +8,8 @@ import threading
 
 from . import picture
 
-# Runs before the page's own scripts: a control is set as a hand sets it, a file falls from above, a device can be lost,
-# pictures are copied, and there are few pixels to begin with, because software draws them.
+# Runs before the page's own scripts. It sets controls, drops files, loses the device, copies pictures, and starts with few
+# pixels, because software draws them.
 HELPERS = """
 addEventListener("DOMContentLoaded", () => {
     document.getElementById("scale").value = "0.5";
@@ -58,7 +58,7 @@ class Desk:
         self.rest()
 
     def rest(self):
-        """Until nothing moves any more."""
+        """Waits until nothing moves any more."""
         self.page.wait("['resting', 'stopped'].includes(document.body?.dataset.state)")
 
     def set(self, **controls):
@@ -74,7 +74,7 @@ class Desk:
         return self.page.run("(of => of.hidden ? '' : of.textContent)(document.getElementById('message'))")
 
     def text(self, name):
-        """Of an element of the page."""
+        """The text of an element of the page."""
         return self.page.run(f"document.getElementById({json.dumps(name)}).textContent")
 
     def screenshot(self, name):
@@ -85,7 +85,7 @@ class Desk:
         return picture.in_file(self.page, f"{self.url}golden/{name}.png")
 
     def act(self, method, *events):
-        """Input of the browser, and what the page makes of it."""
+        """Sends input to the browser, and waits for the page."""
         for event in events:
             self.page.call(f"Input.{method}", **event)
         self.page.run("new Promise(requestAnimationFrame)")

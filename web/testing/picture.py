@@ -1,10 +1,10 @@
-"""Pictures of the page and of files, and how far they are apart."""
+"""Pictures of the page and of files, and their differences."""
 
 import base64
 import dataclasses
 import math
 
-# Both ways end in the same 8 bits: Chromium decodes and draws without colour management of its own.
+# Both functions give the same 8 bits: Chromium decodes and draws without colour management.
 TEXELS = """
 async (source, width, height) => {
     const paper = new OffscreenCanvas(width, height).getContext("2d");
@@ -37,12 +37,12 @@ class Picture:
 
 
 def on_page(page):
-    """What the canvas shows."""
+    """The picture on the canvas."""
     return of(page.run(f"({TEXELS})(paper, paper.width, paper.height)"))
 
 
 def in_file(page, url):
-    """What an image shows; the page's browser decodes it."""
+    """The picture in an image file, decoded by the page's browser."""
     load = f"fetch('{url}').then((r) => r.blob()).then((b) => createImageBitmap(b, {{ colorSpaceConversion: 'none' }}))"
     return of(page.run(f"{load}.then((image) => ({TEXELS})(image, image.width, image.height))"))
 
@@ -52,7 +52,7 @@ def of(found):
 
 
 def psnr(a, b):
-    """Of 8-bit colours [dB]; infinite where they are equal."""
+    """PSNR of 8-bit colours [dB]; infinite if they are equal."""
     if (a.width, a.height) != (b.width, b.height):
         raise AssertionError(f"sizes: {a.width}x{a.height} and {b.width}x{b.height}")
     square = sum((x - y) ** 2 for c in range(3) for x, y in zip(a.rgba[c::4], b.rgba[c::4]))

@@ -17,7 +17,7 @@ pub(crate) enum Device {
 }
 
 impl Device {
-    /// Its name in facts.
+    /// Its name in JSON output.
     pub(crate) fn name(self) -> &'static str {
         match self {
             Self::Cpu => "cpu",
@@ -25,7 +25,7 @@ impl Device {
         }
     }
 
-    /// What traces references.
+    /// The backend that traces references.
     ///
     /// # Errors
     /// When there is no such device.
@@ -40,13 +40,13 @@ impl Device {
     }
 }
 
-/// Numbers to multiply.
+/// Precision of a network.
 #[derive(Debug, Clone, Copy, ValueEnum)]
 pub(crate) enum PrecisionArg {
     /// 32-bit floats, on every device.
     F32,
-    /// GPU: 16-bit floats, where it has them and the network takes no lengths in world units; else f32, said on stderr. Long
-    /// sums and the horizon search stay in 32 bits.
+    /// GPU: 16-bit floats, if it has them and the network reads no lengths in world units; otherwise f32, with a note on stderr.
+    /// Long sums and the horizon search stay in 32 bits.
     F16,
     /// CPU: AVX-512 BF16.
     Bf16,
@@ -55,10 +55,10 @@ pub(crate) enum PrecisionArg {
 }
 
 impl PrecisionArg {
-    /// The same on the CPU.
+    /// The precision on the CPU.
     ///
     /// # Errors
-    /// When the CPU has no such numbers.
+    /// When the CPU does not have it.
     pub(crate) fn cpu(self) -> Result<cpu::Precision> {
         Ok(match self {
             Self::F32 => cpu::Precision::F32,
@@ -68,10 +68,10 @@ impl PrecisionArg {
         })
     }
 
-    /// The same on graphics processors.
+    /// The precision on graphics processors.
     ///
     /// # Errors
-    /// When they have no such numbers.
+    /// When they do not have it.
     #[cfg(feature = "gpu")]
     pub(crate) fn gpu(self) -> Result<aonet::gpu::Precision> {
         Ok(match self {
@@ -94,7 +94,7 @@ pub(crate) fn gpu() -> Result<aonet::gpu::Device> {
     )
 }
 
-/// Says on stderr which device computes, and with which numbers.
+/// Reports device and precision on stderr.
 #[cfg(feature = "gpu")]
 pub(crate) fn announce(device: &aonet::gpu::Device, precision: aonet::gpu::Precision) {
     crate::output::note(&format!("{}, {precision}", device.adapter.name));

@@ -12,12 +12,12 @@ use serde_json::json;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-/// A G-buffer file and what it may not say itself.
+/// A G-buffer file, and values that the file may lack.
 #[derive(Debug, clap::Args)]
 pub(crate) struct FrameArgs {
     /// G-buffer (EXR).
     frame: PathBuf,
-    /// What to write. AO: .exr (32-bit) or .png (16-bit grey), linear; a gallery: .png.
+    /// File to write. AO: .exr (32-bit) or .png (16-bit grey), linear; a gallery: .png.
     #[arg(short, long)]
     output: PathBuf,
     /// AO radius (world units); otherwise the frame's or the view's.
@@ -38,7 +38,7 @@ pub(crate) struct FrameArgs {
 }
 
 impl FrameArgs {
-    /// Reads the frame and its radius. `fallback` is the radius of a method that does not look at it.
+    /// Reads the frame and its radius. `fallback` is the radius for a method that ignores it.
     pub(crate) fn load(&self, fallback: Option<AoParams>) -> Result<(Frame, AoParams)> {
         let view = self.view.as_deref().map(View::load).transpose()?;
         let given = self.radius.map(AoParams::new).transpose().context("--radius")?;
@@ -57,17 +57,17 @@ impl FrameArgs {
         Ok((frame, params))
     }
 
-    /// What to write.
+    /// The file to write.
     pub(crate) fn output(&self) -> &Path {
         &self.output
     }
 
-    /// Whether facts are wanted as JSON.
+    /// Whether to print JSON.
     pub(crate) fn json(&self) -> bool {
         self.json
     }
 
-    /// Writes the AO and says how it was made: by `method` on `device`, since `start`.
+    /// Writes the AO and reports how it was made: by `method` on `device`, since `start`.
     pub(crate) fn finish(
         &self,
         image: &AoImage,

@@ -35,7 +35,7 @@ use std::process::ExitCode;
 #[derive(Debug, Parser)]
 #[command(name = "aonet", version, after_help = "Start with: aonet demo")]
 struct Cli {
-    /// Say more on stderr; twice for even more.
+    /// Print more on stderr; twice for even more.
     #[arg(short, long, global = true, action = clap::ArgAction::Count)]
     verbose: u8,
     #[command(subcommand)]
@@ -69,12 +69,12 @@ enum Command {
     },
 }
 
-/// How a command ended that could run.
+/// Outcome of a command that could run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Outcome {
-    /// All is well.
+    /// The command is done.
     Done,
-    /// A check that was asked for failed.
+    /// A requested check failed.
     CheckFailed,
 }
 
@@ -84,7 +84,7 @@ fn main() -> ExitCode {
         [usize::from(cli.verbose.min(2))];
     let mut logger = env_logger::Builder::new();
     logger.filter_level(level);
-    // The shader compiler says everything about every shader.
+    // The shader compiler logs details of every shader.
     for part in ["naga", "wgpu_core", "wgpu_hal"] {
         logger.filter_module(part, log::LevelFilter::Warn);
     }

@@ -1,4 +1,4 @@
-//! What goes to stdout, and notes and progress bars on stderr.
+//! Results on stdout, notes and progress bars on stderr.
 
 pub(crate) use aonet_lab::table::{Style, number, table};
 
@@ -7,7 +7,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 use std::io::{ErrorKind, Write};
 
-/// Writes `text` to stdout; a reader that has gone away is no error.
+/// Writes `text` to stdout. A closed pipe is not an error.
 pub(crate) fn text(text: &str) -> Result<()> {
     let mut out = std::io::stdout().lock();
     match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
@@ -16,7 +16,7 @@ pub(crate) fn text(text: &str) -> Result<()> {
     }
 }
 
-/// Writes a line for people to stderr. Where nobody listens there is nobody to tell.
+/// Writes a line for people to stderr. A closed stderr is not an error.
 pub(crate) fn note(text: &str) {
     let _ = writeln!(std::io::stderr(), "{text}");
 }

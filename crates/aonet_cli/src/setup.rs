@@ -1,4 +1,4 @@
-//! What several commands need: a model, a scene with a view, the traced reference.
+//! Parts that several commands share: a model, a scene with a view, the traced reference.
 
 use crate::output;
 use anyhow::{Context, Result, bail};
@@ -62,16 +62,16 @@ impl SceneArgs {
     }
 }
 
-/// A scene and a view of it, both optional: the demonstration of a program that knows nothing yet.
+/// A scene and a view of it, both optional: by default the demo's scene.
 #[derive(Debug, clap::Args)]
 pub(crate) struct StageArgs {
     /// A .glb or .gltf file, or procedural:KIND:SEED.
     #[arg(long)]
     pub(crate) scene: Option<SceneSource>,
-    /// View (JSON), instead of a camera placed by itself.
+    /// View (JSON); otherwise the program places a camera.
     #[arg(long, value_name = "VIEW.json")]
     pub(crate) view: Option<PathBuf>,
-    /// The scene is one to stand inside: no floor is added, the camera goes between its walls.
+    /// The scene is an interior: no floor is added, and the camera is placed between its walls.
     #[arg(long)]
     pub(crate) environment: bool,
     /// Image width (px).
@@ -80,7 +80,7 @@ pub(crate) struct StageArgs {
     /// Image height (px).
     #[arg(long)]
     pub(crate) height: Option<usize>,
-    /// Which of the cameras that are placed by themselves.
+    /// Seed of the camera that the program places.
     #[arg(long, default_value_t = 0)]
     pub(crate) seed: u64,
 }
@@ -129,7 +129,7 @@ pub(crate) fn radius_on_screen(surface: &Surface) -> f32 {
     RADIUS_ON_SCREEN * camera.height() as f32 / camera.projected_px(1.0, middle_depth(surface))
 }
 
-/// The median depth of what is seen (world units).
+/// The median depth of the foreground (world units).
 pub(crate) fn middle_depth(surface: &Surface) -> f32 {
     let mut depths: Vec<f32> = surface.gbuffer.depth().iter().copied().filter(|d| d.is_finite()).collect();
     depths.sort_by(f32::total_cmp);
@@ -150,8 +150,8 @@ pub(crate) fn model(path: Option<&Path>) -> Result<Model> {
 /// Seed of the weights of [`untrained`] networks.
 const SEED: u64 = 1;
 
-/// The network of a configuration, of training or of the model alone (JSON), with random weights: what needs no training,
-/// such as its run-time. Equal files give equal networks.
+/// A network with random weights, from the configuration of a model or of a training run (JSON). It serves what needs no
+/// training, such as run-times. Equal files give equal networks.
 pub(crate) fn untrained(path: &Path) -> Result<Model> {
     let bytes = std::fs::read(path).map_err(Error::io(path))?;
     let expected = "the configuration of a model, or of training";
@@ -163,7 +163,7 @@ pub(crate) fn untrained(path: &Path) -> Result<Model> {
     Ok(Model::new(config, Weights::init(&graph, SEED), TrainingFacts::default())?)
 }
 
-/// What a table calls the model in a file: the file's name without extension.
+/// The name of a model file in tables: the file's name without extension.
 pub(crate) fn name_of(path: &Path) -> String {
     path.file_stem().unwrap_or_default().to_string_lossy().into_owned()
 }
@@ -182,7 +182,7 @@ pub(crate) fn reference(
     Ok(ao)
 }
 
-/// All cores, unless told otherwise.
+/// The given number of threads, by default all cores.
 pub(crate) fn threads(requested: Option<usize>) -> usize {
     requested.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from)).clamp(1, 1024)
 }

@@ -20,14 +20,14 @@ const SIZES: [(usize, usize); 5] = [(540, 540), (1280, 720), (2048, 1024), (1920
 
 /// Time methods: features, network and clamping of a frame whose buffers are in memory, or whose textures are on the device.
 ///
-/// `first` is what a program waits for its first image once a model is in memory: the session is made and run once. `GFLOP`
-/// counts multiplications and additions of direct convolutions, at the size that the network pads to. `peak` is the most
-/// memory that the process held while the row was measured, frame and parameters included. With --ops: every step of the
-/// networks instead, beside what its multiplications and its memory traffic take at the peak rates of this machine, which are
+/// `first` is the time until the first image, once a model is in memory: the session is made and run once. `GFLOP`
+/// counts multiplications and additions of direct convolutions, at the size that the network pads to. `peak` is the largest
+/// memory of the process while the row was measured, frame and parameters included. --ops lists every step of the networks
+/// instead, beside the time of its multiplications and of its memory traffic at the peak rates of this machine, which are
 /// measured as well.
 ///
-/// With --device gpu: the shipped networks and the classic methods unless others are named, times of the device's own clock,
-/// and an estimate for a common one.
+/// --device gpu times the shipped networks and the classic methods, unless others are named, with the device's own clock, and
+/// prints an estimate for a common device.
 #[derive(Debug, Parser)]
 #[command(after_help = "Examples:
   aonet bench --threads 1 --threads 2 --size 1920x1080
@@ -39,13 +39,13 @@ pub(crate) struct Args {
     /// Network; may be repeated [default: the shipped one that serves any radius].
     #[arg(long, value_name = "M.safetensors")]
     model: Vec<PathBuf>,
-    /// Network of a configuration, of training or of the model alone, with random weights; may be repeated.
+    /// Configuration of a model or of a training run: a network with random weights; may be repeated.
     #[arg(long, value_name = "C.json")]
     config: Vec<PathBuf>,
     /// Classic method, or `all`; may be repeated.
     #[arg(long, value_name = "METHOD")]
     classic: Vec<String>,
-    /// `all`: every classic method, and of the networks that come with the project every one that takes a time of its own.
+    /// `all`: every classic method, and every network of the project with a configuration of its own.
     #[arg(long, value_parser = ["all"])]
     methods: Option<String>,
     /// Image size; may be repeated [default: 1280x720, 1920x1080, 3840x2160; on the CPU the paper's 540x540 and 2048x1024 as
@@ -55,14 +55,14 @@ pub(crate) struct Args {
     /// Threads; may be repeated [default: 1 and all cores].
     #[arg(long)]
     threads: Vec<usize>,
-    /// Numbers that networks multiply; may be repeated. A network that is not calibrated for int8 is, on the timed frame: for
+    /// Precision of the networks; may be repeated. A network without int8 ranges is calibrated on the timed frame, for
     /// times only [default: f32; on a GPU f32 and f16].
     #[arg(long, value_enum)]
     precision: Vec<PrecisionArg>,
     /// Counted runs, after the first [default: 15; on a GPU 50].
     #[arg(long)]
     runs: Option<usize>,
-    /// Every step beside its floor.
+    /// List every step beside its lower bound.
     #[arg(long, conflicts_with = "classic")]
     ops: bool,
     /// Print JSON.
@@ -112,7 +112,7 @@ impl Args {
         threads
     }
 
-    /// Of the CPU.
+    /// The precisions on the CPU.
     fn precisions(&self) -> Result<Vec<cpu::Precision>> {
         match self.precision.is_empty() {
             true => Ok(vec![cpu::Precision::F32]),
@@ -135,12 +135,12 @@ impl Args {
     }
 }
 
-/// What the times belong to.
+/// The machine that the times belong to.
 fn machine() -> String {
     format!("{}, {:?}", timing::device(), Level::best())
 }
 
-/// Says on stderr what is measured now: a table of all methods takes minutes.
+/// Reports on stderr what is measured now: a table of all methods takes minutes.
 fn progress(name: &str, (width, height): (usize, usize), options: Options) {
     output::note(&format!("{name} {width}x{height}, {}, threads: {}", options.precision, options.threads));
 }

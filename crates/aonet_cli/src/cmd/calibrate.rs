@@ -1,4 +1,4 @@
-//! `aonet calibrate`: a network that knows its ranges, for integers.
+//! `aonet calibrate`: adds the ranges that int8 needs to a network.
 
 use crate::{output, setup};
 use anyhow::Result;
@@ -10,9 +10,10 @@ use clap::Parser;
 use indicatif::ProgressBar;
 use std::path::PathBuf;
 
-/// Measure the values inside a network on training frames, and write the network with them: `--precision int8` needs it.
+/// Measure the ranges of values inside a network on training frames, and write the network with them: `--precision int8` needs
+/// them.
 ///
-/// The weights stay as they are.
+/// The weights do not change.
 #[derive(Debug, Parser)]
 #[command(after_help = "Example:
   aonet calibrate data/any --model runs/a/best.safetensors -o a_int8.safetensors

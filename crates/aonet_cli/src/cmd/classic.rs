@@ -26,7 +26,7 @@ pub(crate) struct Args {
     /// Parameters from a file, as `aonet tune` writes it; otherwise the defaults of the method's source.
     #[arg(long, value_name = "FILE.json")]
     preset: Option<PathBuf>,
-    /// One parameter; may be repeated, and comes after --preset. --help lists them all.
+    /// One parameter, which overrides --preset; may be repeated. --help lists all parameters.
     #[arg(long, value_name = "NAME=VALUE", value_parser = assignment)]
     set: Vec<(String, f32)>,
     /// Where to compute; a GPU has all methods but nnao.
@@ -56,7 +56,7 @@ fn long_help() -> String {
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<()> {
     let method = method(args)?;
-    // Methods take memory of their own: what they do not look at is dropped here.
+    // Methods take memory of their own, so channels that they do not read are dropped here.
     let (Frame { gbuffer, .. }, params) = args.frame.load(None)?;
     let (image, start) = match args.device {
         Device::Cpu => {
@@ -69,7 +69,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     args.frame.finish(&image, start, (method.name(), args.device, params))
 }
 
-/// Runs the method; says on stderr on which device.
+/// Runs the method, and reports the device on stderr.
 #[cfg(feature = "gpu")]
 fn on_gpu(method: &Classic, (gbuffer, params): (&GBuffer, AoParams)) -> Result<(AoImage, Instant)> {
     let device = crate::device::gpu()?;

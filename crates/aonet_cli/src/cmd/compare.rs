@@ -69,7 +69,7 @@ pub(crate) fn run(args: &Args) -> Result<Outcome> {
     Ok(if rows.iter().any(|(_, _, c)| fails(c)) { Outcome::CheckFailed } else { Outcome::Done })
 }
 
-/// A check against NaN could not fail.
+/// Refuses NaN: a check against it could never fail.
 fn number_that_compares(text: &str) -> Result<f64> {
     let value: f64 = text.parse()?;
     ensure!(!value.is_nan(), "expected a number");
@@ -91,7 +91,7 @@ fn cells(path: &Path, c: &Comparison) -> Vec<String> {
 /// AO of a frame with its foreground, or of an image without.
 fn reference(path: &Path) -> Result<(AoImage, Option<Vec<bool>>)> {
     let is_exr = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("exr"));
-    // Any camera will do: only depth, as foreground, and AO are looked at.
+    // Any camera serves: only AO and the foreground, by depth, are read.
     let hints = FrameHints { fov_y_deg: Some(60.0), ..FrameHints::default() };
     if is_exr && let Ok(Frame { gbuffer, ao: Some(ao), .. }) = Frame::load(path, &hints) {
         let foreground = (0..gbuffer.depth().len()).map(|i| gbuffer.is_foreground(i)).collect();

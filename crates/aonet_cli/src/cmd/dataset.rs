@@ -18,7 +18,7 @@ const FRAMES: usize = 24;
 /// Frames in a row of a contact sheet.
 const COLUMNS: usize = 4;
 
-/// What a manifest says already.
+/// Options that --manifest already determines.
 const NOT_WITH_FROM: [&str; 11] = [
     "preset",
     "scene",
@@ -35,8 +35,7 @@ const NOT_WITH_FROM: [&str; 11] = [
 
 /// Make frames with ray-traced AO for training and evaluation.
 ///
-/// May be stopped at any moment and started again: complete frames are kept. Without any scenes given, scenes
-/// made from code are used.
+/// Can be stopped at any moment and started again: complete frames are kept. Without scenes, procedural scenes are used.
 #[derive(Debug, Parser)]
 #[command(
     args_conflicts_with_subcommands = true,
@@ -55,9 +54,9 @@ pub(crate) struct Args {
 enum Action {
     /// Make a dataset of frames that another program made: folders of OpenEXR images of normals, depth and AO.
     ///
-    /// A frame is three files with one name: their path below the folders without .exr. Where names differ, the word that
-    /// all files of a folder end in (0001_normal, 0001_depth), else that all begin with, does not count. The first folder
-    /// of a name is its scene. May be stopped and started again.
+    /// A frame is three files with one name: their path below the folders without .exr. Where names differ, a last word that
+    /// all files of a folder share (0001_normal, 0001_depth), else a shared first word, is ignored. The first folder
+    /// of a name is its scene. Can be stopped and started again.
     Import(import::Args),
     /// Join the shards in one or more folders into the first of them.
     Merge {
@@ -89,14 +88,14 @@ pub(super) struct Make {
     /// A glTF file that a camera can stand inside. May be repeated.
     #[arg(long, value_name = "FILE")]
     environment: Vec<PathBuf>,
-    /// Scenes made from code, such as street:0..8 or cave:3. May be repeated. Without this, --scene and
+    /// Procedural scenes, such as street:0..8 or cave:3. May be repeated. Without this, --scene and
     /// --environment, the any-radius preset has four of every kind.
     #[arg(long, value_name = "KIND:SEEDS")]
     procedural: Vec<String>,
-    /// What the scenes of --scene, --environment and --procedural are kept for.
+    /// The split of the scenes of --scene, --environment and --procedural.
     #[arg(long, value_enum, default_value = "train")]
     split: make::SplitName,
-    /// Frames of all splits together, shared out as in the preset.
+    /// Frames of all splits together, in the preset's proportions.
     #[arg(long)]
     frames: Option<u32>,
     /// Image width (px).

@@ -1,4 +1,4 @@
-//! `aonet demo`: one scene, the ray-traced truth and the network's answer, side by side.
+//! `aonet demo`: one scene with the ray-traced reference and the network's AO, side by side.
 
 use crate::output::{self, Style, number, table};
 use crate::setup::{self, StageArgs};
@@ -18,7 +18,7 @@ use std::time::Instant;
 
 /// Render a scene, trace its AO, compute it with the network, and show both.
 ///
-/// Without --scene, a scene made from code. Without --view, a camera is placed by itself.
+/// Without --scene, the scene is procedural. Without --view, the program places a camera.
 #[derive(Debug, Parser)]
 #[command(after_help = "Examples:
   aonet demo

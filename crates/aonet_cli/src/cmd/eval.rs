@@ -30,26 +30,26 @@ pub(crate) struct Args {
     /// Classic method: a name, a preset of `aonet tune` (.json), or `all`; may be repeated.
     #[arg(long, value_name = "METHOD")]
     classic: Vec<String>,
-    /// Which frames.
+    /// Split to score.
     #[arg(long, value_enum, default_value = "test")]
     split: SplitName,
-    /// The constant image's value; otherwise what the first network says of its training frames, else the mean over the
+    /// The constant image's value; otherwise the mean visibility that the first network's file records, else the mean over the
     /// dataset's training frames.
     #[arg(long)]
     constant: Option<f32>,
     /// Also score networks that were trained for another choice of radius; their rows are marked.
     #[arg(long)]
     any_radius: bool,
-    /// Numbers that the networks multiply: f32, bf16 or int8; may be repeated [default: f32].
+    /// Precision of the networks: f32, bf16 or int8; may be repeated [default: f32].
     #[arg(long, value_name = "PRECISION")]
     precision: Vec<Precision>,
     /// Threads of the networks [default: all cores].
     #[arg(long)]
     threads: Option<usize>,
-    /// Also tell where each method errs: at depth edges, around thin things, at the border, on open surfaces, by radius.
+    /// Also report where each method errs: at depth edges, around thin things, at the border, on open surfaces, by radius.
     #[arg(long)]
     breakdown: bool,
-    /// One table for each scene as well.
+    /// Also print one table for each scene.
     #[arg(long)]
     by_scene: bool,
     /// Print Markdown.

@@ -13,8 +13,7 @@ use std::path::{Path, PathBuf};
 
 /// Write a network as an ONNX file, for other runtimes.
 ///
-/// Input `features` 1xCxHxW, what the network sees; output `visibility` 1x1xHxW in [0, 1], of which the background means
-/// nothing. Names of the channels, configuration and alignment are in the metadata. Without --size, height and width are
+/// Input `features` 1xCxHxW: the network's channels. Output `visibility` 1x1xHxW in [0, 1]; its background is undefined. Names of the channels, configuration and alignment are in the metadata. Without --size, height and width are
 /// free, but multiples of the alignment: pad right and bottom by repeating the edge.
 #[derive(Debug, Parser)]
 #[command(after_help = "Examples:
@@ -25,7 +24,7 @@ pub(crate) struct Args {
     /// Network.
     #[arg(required_unless_present = "config")]
     model: Option<PathBuf>,
-    /// The network of a configuration instead, of training or of the model alone, with random weights.
+    /// Configuration of a model or of a training run instead: a network with random weights.
     #[arg(long, value_name = "C.json", conflicts_with = "model")]
     config: Option<PathBuf>,
     /// File to write.
@@ -37,7 +36,7 @@ pub(crate) struct Args {
     /// Rewrite linear kernels to be fast in ONNX Runtime; equal results up to rounding.
     #[arg(long)]
     tuned: bool,
-    /// Also write what the file takes for this frame, to try it in another runtime: OUT_FRAME.npy beside OUT.onnx; may be
+    /// Also write the file's input for this frame, to test another runtime: OUT_FRAME.npy beside OUT.onnx; may be
     /// repeated.
     #[arg(long, value_name = "FRAME.exr")]
     frame: Vec<PathBuf>,
@@ -76,7 +75,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     output::text(&format!("{}\n", args.onnx.display()))
 }
 
-/// Writes the features of a frame; returns where.
+/// Writes the features of a frame; returns the path.
 fn features(args: &Args, (model, extent): (&Model, Extent), path: &Path) -> Result<PathBuf> {
     let frame = Frame::load(path, &FrameHints::default())?;
     // A network that does not see the radius has it built in.
@@ -90,7 +89,7 @@ fn features(args: &Args, (model, extent): (&Model, Extent), path: &Path) -> Resu
     Ok(npy)
 }
 
-/// Refuses a name such as the model's own, which a slip of the hand would overwrite.
+/// Refuses a name with another extension: a typing error could overwrite the model.
 fn is_onnx(path: &Path) -> Result<()> {
     let extension = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("onnx"));
     anyhow::ensure!(extension, "--onnx {}: expected a name that ends in .onnx", path.display());

@@ -16,10 +16,10 @@ use glam::Vec3;
 use serde_json::json;
 use std::path::PathBuf;
 
-/// Measure how much images change along a camera path beyond what the ray-traced truth changes.
+/// Measure how much images change along a camera path beyond the changes of the ray-traced reference.
 ///
-/// The camera moves sideways, by so many pixels a frame at the view's middle depth. Points that two neighbouring frames
-/// both see are compared. Without --scene, a scene made from code.
+/// The camera moves sideways, by --step pixels a frame at the view's median depth. The comparison covers points that two
+/// neighbouring frames both see. Without --scene, the scene is procedural.
 #[derive(Debug, Parser)]
 #[command(after_help = "Examples:
   aonet flicker --classic gtao:tuned --classic agtao:tuned
@@ -42,7 +42,7 @@ pub(crate) struct Args {
     /// Rays per pixel of the reference.
     #[arg(long, default_value_t = 256)]
     spp: u32,
-    /// AO radius (world units); otherwise the view's, or what suits it.
+    /// AO radius (world units); otherwise the view's, or one that suits it.
     #[arg(long)]
     radius: Option<f32>,
     /// Threads of the networks [default: all cores].

@@ -14,9 +14,9 @@ use clap::Parser;
 use serde_json::json;
 use std::path::PathBuf;
 
-/// Draw a frame's normals, its reference and what every method makes of it, each above its error.
+/// Draw a frame's normals, its reference and the AO of every method above its error.
 ///
-/// The frame needs the channel `ao`. Classic methods have their tuned parameters where there are some.
+/// The frame needs the channel `ao`. Classic methods use their tuned parameters if there are any.
 #[derive(Debug, Parser)]
 #[command(after_help = "Examples:
   aonet demo && aonet gallery aonet_demo/frame.exr -o gallery.png
@@ -117,7 +117,7 @@ fn panels(
         }));
         panels.resize_with(panels.len().next_multiple_of(columns), blank);
         for shot in row {
-            // What fits beside the scale of colours.
+            // As much as fits beside the colour scale.
             let ssim = format!("{:.3}", shot.comparison.full.ssim);
             let text = format!("{:.1} dB {}", shot.comparison.full.psnr, ssim.trim_start_matches('0'));
             panels.push((picture::error(reference, &shot.ao)?, Caption { text, error_legend: true }));

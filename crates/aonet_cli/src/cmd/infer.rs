@@ -27,7 +27,7 @@ pub(crate) struct Args {
     /// Network; the shipped one that serves any radius if absent.
     #[arg(long, value_name = "M.safetensors")]
     model: Option<PathBuf>,
-    /// Numbers to multiply [default: on the CPU bf16 where the machine has it, on a GPU f16, else f32].
+    /// Precision [default: on the CPU bf16 where the machine has it, on a GPU f16, else f32].
     #[arg(long, value_enum)]
     precision: Option<PrecisionArg>,
     /// Where to compute.
@@ -35,7 +35,7 @@ pub(crate) struct Args {
     device: Device,
 }
 
-/// An image and when the device began with it.
+/// An image and the time when the device started it.
 type Timed = (AoImage, Instant);
 
 /// Runs the command.
@@ -43,7 +43,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     let model = setup::model(args.model.as_deref())?;
     // A network that does not see the radius has it built in.
     let fallback = if model.config().features.sees_radius() { None } else { Some(AoParams::new(1.0)?) };
-    // Methods take memory of their own: what they do not look at is dropped here.
+    // Methods take memory of their own, so channels that they do not read are dropped here.
     let (Frame { gbuffer, .. }, params) = args.frame.load(fallback)?;
     let (image, start) = match args.device {
         Device::Cpu => on_cpu(args, &model, (&gbuffer, params))?,
@@ -64,7 +64,7 @@ fn on_cpu(args: &Args, model: &Model, (gbuffer, params): (&GBuffer, AoParams)) -
     Ok((image, start))
 }
 
-/// Runs the network; says on stderr on which device and with which numbers.
+/// Runs the network, and reports device and precision on stderr.
 #[cfg(feature = "gpu")]
 fn on_gpu(
     precision: Option<PrecisionArg>,

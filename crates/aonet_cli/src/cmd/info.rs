@@ -13,7 +13,7 @@ use clap::Parser;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
-/// Say what a file is: a model, a frame, an AO image, a view, a dataset or a scene.
+/// Describe a file: a model, a frame, an AO image, a view, a dataset or a scene.
 #[derive(Debug, Parser)]
 #[command(after_help = "Examples:
   aonet info runs/a/best.safetensors

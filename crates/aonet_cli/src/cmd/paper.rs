@@ -10,7 +10,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
-/// Where rows are when nobody says so.
+/// Default folder of rows.
 const WEIGHTS: &str = "assets/models/rows";
 
 /// Make the paper's tables and figures from trained networks and test frames.
@@ -40,7 +40,7 @@ pub(crate) struct Args {
     /// Threads of the networks [default: all cores].
     #[arg(long)]
     threads: Option<usize>,
-    /// Runs that a run-time is the median of.
+    /// Runs of which a run-time is the median.
     #[arg(long, default_value_t = 7)]
     runs: usize,
     /// Print JSON.
@@ -65,7 +65,7 @@ enum What {
 }
 
 impl What {
-    /// What to make; of `all`, what can be made.
+    /// The items to make; for `all`, every item that can be made.
     fn items(self, has_frames: bool) -> Vec<Item> {
         match self {
             Self::All => Item::ALL.into_iter().filter(|i| has_frames || !i.needs_frames()).collect(),

@@ -12,8 +12,7 @@ use std::path::PathBuf;
 /// Train a network, or one after another every network of a folder, on one or more datasets.
 ///
 /// The run directory holds the configuration, log.jsonl, curves.svg, a checkpoint and the best and last models.
-/// A run that was stopped goes on from its checkpoint when the same command is given again; of a folder, finished runs
-/// are skipped.
+/// The same command continues a stopped run from its checkpoint; of a folder, it skips finished runs.
 #[derive(Debug, Parser)]
 #[command(after_help = "Examples:
   aonet train configs/any_radius.json --dataset data/any -o runs/any_radius
@@ -29,7 +28,7 @@ pub(crate) struct Args {
     /// With --all: all configurations with the first seed, then all with the next [default: each one's own].
     #[arg(long, value_delimiter = ',', requires = "all")]
     pub(crate) seeds: Vec<u64>,
-    /// With --all: these configurations only (file names without .json).
+    /// With --all: only these configurations (file names without .json).
     #[arg(long, value_name = "NAME", value_delimiter = ',', requires = "all")]
     pub(crate) only: Vec<String>,
     /// Dataset folder or manifest. May be repeated.
@@ -52,7 +51,7 @@ pub(crate) struct Args {
     /// Stop with a checkpoint after this many minutes.
     #[arg(long, value_name = "MINUTES")]
     pub(crate) stop_after: Option<f64>,
-    /// What to write into the model about the code's version, such as a commit.
+    /// Version of the code to record in the model, such as a commit.
     #[arg(long, default_value = "")]
     pub(crate) commit: String,
     /// With --all: print the table as JSON.

@@ -18,8 +18,9 @@ use std::path::PathBuf;
 
 /// Search for a classic method's parameters on the training frames of a dataset, and store them as a preset.
 ///
-/// The loss is that of the networks: 0.94 DSSIM + 0.5 L1. What sets the cost (slices, steps, samples, pyramid) stays as
-/// it is. NNAO gets weights instead, trained on pixels of the frames. Afterwards the method is scored with and without its new parameters on validation frames, by radius.
+/// The loss is that of the networks: 0.94 DSSIM + 0.5 L1. Parameters that determine the cost (slices, steps, samples, pyramid)
+/// do not change. For NNAO the command trains weights instead, on pixels of the frames. Afterwards the method is scored on
+/// validation frames with and without its new parameters, by radius.
 #[derive(Debug, Parser)]
 #[command(after_help = "Examples:
   aonet tune gtao --on data/any -o gtao.json
@@ -37,16 +38,16 @@ pub(crate) struct Args {
     /// A parameter to start from; may be repeated.
     #[arg(long, value_name = "NAME=VALUE", value_parser = super::classic::assignment)]
     set: Vec<(String, f32)>,
-    /// Training frames looked at.
+    /// Training frames to use.
     #[arg(long, default_value_t = 24)]
     frames: usize,
-    /// Parameter sets tried.
+    /// Parameter sets to try.
     #[arg(long, default_value_t = 150)]
     trials: usize,
     /// Steps of training, for nnao.
     #[arg(long, default_value_t = 6000)]
     steps: usize,
-    /// Equal seeds try equal parameters.
+    /// Seed of the search; equal seeds try equal parameters.
     #[arg(long, default_value_t = 1)]
     seed: u64,
     /// Threads [default: all cores].
@@ -91,7 +92,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
 
 /// NNAO's parameters are weights.
 fn train_nnao(args: &Args, manifest: &Manifest) -> Result<()> {
-    anyhow::ensure!(args.set.is_empty(), "nnao is trained as it is: expected no --set");
+    anyhow::ensure!(args.set.is_empty(), "nnao has fixed parameters: expected no --set");
     let style = ProgressStyle::with_template("training {wide_bar} {pos} of {len} {prefix} {eta} left")?;
     let bar = ProgressBar::new(args.steps as u64).with_style(style);
     let progress = |step: usize, error: f64| {
@@ -110,7 +111,7 @@ fn train_nnao(args: &Args, manifest: &Manifest) -> Result<()> {
     output::text(&format!("{}\n", args.output.display()))
 }
 
-/// Scores on validation frames: of scenes never seen where the dataset has some, else of seen ones.
+/// Scores on validation frames: of unseen scenes if the dataset has any, else of seen ones.
 fn validate(
     manifest: &Manifest,
     [before, after]: [&Classic; 2],

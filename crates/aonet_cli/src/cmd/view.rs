@@ -14,7 +14,7 @@ use std::path::PathBuf;
 
 /// Show a scene with ambient occlusion in a window, or draw it into pictures.
 ///
-/// Without a scene, one made from code. Without --view, a camera is placed by itself. In the window: drag to turn, shift and
+/// Without a scene, the scene is procedural. Without --view, the program places a camera. In the window: drag to turn, shift and
 /// drag to move, scroll to come nearer, W A S D Q E to walk, drop a .glb or .gltf to load it.
 #[derive(Debug, Parser)]
 #[command(after_help = "Methods: off, ssao, hbao, gtao, vbao, agtao, network, paper, reference.
@@ -27,13 +27,13 @@ Examples:
 pub(crate) struct Args {
     /// A .glb or .gltf file, or procedural:KIND:SEED.
     scene: Option<SceneSource>,
-    /// View (JSON), instead of a camera placed by itself.
+    /// View (JSON); otherwise the program places a camera.
     #[arg(long, value_name = "VIEW.json", requires = "scene")]
     view: Option<PathBuf>,
-    /// The scene is one to stand inside: no floor is added, the camera goes between its walls.
+    /// The scene is an interior: no floor is added, and the camera is placed between its walls.
     #[arg(long)]
     environment: bool,
-    /// What computes visibility.
+    /// Method that computes visibility.
     #[arg(long, default_value = "network")]
     method: String,
     /// Another method, right of the slider.
@@ -42,7 +42,7 @@ pub(crate) struct Args {
     /// Place of the slider, in picture widths.
     #[arg(long, default_value_t = 0.5)]
     split: f32,
-    /// What is drawn: shaded, ao, normals, or error (method minus reference).
+    /// Picture to draw: shaded, ao, normals, or error (method minus reference).
     #[arg(long, default_value = "shaded")]
     show: String,
     /// AO radius instead of the view's (world units).
@@ -51,13 +51,13 @@ pub(crate) struct Args {
     /// Width and height (px).
     #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = size)]
     size: (usize, usize),
-    /// The camera's way: keys of seconds, eye and target (JSON), as the window records them.
+    /// Camera path (JSON) with keys of seconds, eye and target, as the window records it.
     #[arg(long, value_name = "P.json")]
     camera_path: Option<PathBuf>,
     /// Draw pictures, without a window.
     #[arg(long, requires = "out")]
     headless: bool,
-    /// Pictures to draw: along the camera's way, or else around the middle of the view.
+    /// Number of pictures: along the camera path, or around the middle of the view.
     #[arg(long, default_value_t = 1, requires = "headless")]
     frames: usize,
     /// Folder of the pictures, frame_0000.png and so on.
@@ -72,7 +72,7 @@ pub(crate) struct Args {
 #[derive(Debug, Parser)]
 #[cfg(not(feature = "viewer"))]
 pub(crate) struct Args {
-    /// What a program with the viewer would read.
+    /// Arguments of a program with the viewer.
     #[arg(hide = true, trailing_var_arg = true, allow_hyphen_values = true)]
     _all: Vec<String>,
 }

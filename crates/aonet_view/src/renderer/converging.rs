@@ -1,4 +1,4 @@
-//! The ray-traced reference: more exact with every frame that nothing moves in.
+//! The ray-traced reference: it converges over frames in which nothing moves.
 
 use super::device::Gpu;
 use super::frame::FrameParams;
@@ -10,8 +10,8 @@ use aonet::gpu::{self as net, DepthEncoding, wgpu};
 use aonet_scene::gpu::{BoundTextures, Reference, ReferenceOptions, SceneBuffers, Textures};
 use aonet_scene::trace::Tracer;
 
-/// Rays a pixel after which it has converged: a step of an image of 8 bits is larger than what is left.
-// A share of n rays strays by 1 / (2 sqrt n) at most.
+/// Rays per pixel after which the reference has converged: the remaining error is below one step of an 8-bit image.
+// The standard deviation of a share of n rays is 1 / (2 sqrt n) at most.
 const MOST_SAMPLES: u32 = 16_384;
 
 /// Rays that have been traced from one camera.
@@ -19,17 +19,17 @@ const MOST_SAMPLES: u32 = 16_384;
 pub(super) struct Converging {
     scene: SceneBuffers,
     sized: Option<Sized>,
-    /// What the rays so far belong to.
+    /// The frame that the rays so far belong to.
     since: Option<net::Frame>,
 }
 
-/// What depends on the size.
+/// Resources that depend on the size.
 #[derive(Debug)]
 struct Sized {
     reference: Reference,
     view: BoundTextures,
     visibility: Target,
-    /// Of the textures that the view shows.
+    /// Size of the bound textures.
     depth: wgpu::TextureView,
 }
 
@@ -41,7 +41,7 @@ impl Converging {
         Ok(Self { scene, sized: None, since: None })
     }
 
-    /// Makes ready for frames with these targets.
+    /// Prepares for frames with these targets.
     ///
     /// # Errors
     /// When memory is short.
@@ -67,7 +67,7 @@ impl Converging {
         Ok(())
     }
 
-    /// Adds the rays of a frame; starts over where camera or radius are others.
+    /// Adds the rays of a frame; starts over if camera or radius changed.
     ///
     /// # Errors
     /// When the frame's numbers are out of range.
@@ -82,7 +82,7 @@ impl Converging {
         let starts = self.since != Some(of);
         let most = if starts { MOST_SAMPLES } else { MOST_SAMPLES.saturating_sub(reference.samples()) };
         let samples = frame.samples.min(most);
-        // No rays at all are a white image, which has to be written once.
+        // Without rays the image is white, and has to be written once.
         if !starts && samples == 0 && reference.samples() > 0 {
             return Ok(());
         }

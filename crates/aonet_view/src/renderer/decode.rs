@@ -1,4 +1,4 @@
-//! Images from their files, as square textures with all their levels.
+//! Decodes image files into square textures with all mip levels.
 
 use aonet_scene::scene::DEFAULT_ALBEDO;
 use aonet_scene::scene::textures::Image;
@@ -8,13 +8,13 @@ use std::io::Cursor;
 use std::sync::Arc;
 
 /// Memory that an image may take when it is decoded: 8192 x 8192 texels of 8 bits.
-// guess: more than any texture needs that is seen in a frame.
+// guess: more than any visible texture needs.
 const MOST_DECODED_BYTES: u64 = 1 << 28;
 
-/// Texels of levels, the largest first: red, green, blue and alpha, sRGB.
+/// Texels of the mip levels, largest first: red, green, blue and alpha, sRGB.
 pub(super) type Levels = Vec<RgbaImage>;
 
-/// Width and height of an image (px), from the begin of its file.
+/// Width and height of an image (px), from the start of its file.
 ///
 /// # Errors
 /// Why it cannot be shown.
@@ -26,7 +26,7 @@ pub(super) fn size(image: &Image) -> Result<(u32, u32), String> {
     }
 }
 
-/// An image as a square with sides of `side`, a power of two, and all its smaller levels.
+/// An image as a square of `side` x `side` texels, a power of two, and all smaller levels.
 ///
 /// # Errors
 /// Why it cannot be shown.
@@ -34,7 +34,7 @@ pub(super) fn levels(image: &Image, side: u32) -> Result<Levels, String> {
     size(image)?;
     let mut reader = reader(image)?;
     let mut limits = Limits::default();
-    // Of 16 bits a channel on the way.
+    // Scaled with 16 bits per channel.
     limits.max_alloc = Some(2 * MOST_DECODED_BYTES);
     reader.limits(limits);
     let decoded = reader.decode().map_err(|e| e.to_string())?.into_rgba8();
@@ -42,7 +42,7 @@ pub(super) fn levels(image: &Image, side: u32) -> Result<Levels, String> {
     Ok(light.smaller(light.squared(decoded, side)))
 }
 
-/// What stands for an image that cannot be shown: the colour of what nothing is known about.
+/// Replaces an image that cannot be shown: the default colour.
 pub(super) fn plain(side: u32) -> Levels {
     let [r, g, b] = DEFAULT_ALBEDO.map(encoded);
     Light::new().smaller(RgbaImage::from_pixel(side, side, image::Rgba([r, g, b, 255])))
@@ -58,13 +58,13 @@ fn reader(image: &Image) -> Result<ImageReader<Cursor<Arc<[u8]>>>, String> {
     }
 }
 
-/// Light and its sRGB values of 8 bits, in tables: a scene has tens of millions of texels.
+/// Tables between linear light and 8-bit sRGB values: a scene has tens of millions of texels.
 struct Light {
     of: Vec<f32>,
     encoded: Vec<u8>,
 }
 
-/// Steps of the table of light: the darkest values are two and a half of them apart.
+/// Entries of the table of light: the darkest sRGB values are two and a half entries apart.
 const STEPS: usize = 1 << 13;
 
 impl Light {
@@ -73,7 +73,7 @@ impl Light {
         Self { of, encoded: (0..=STEPS).map(|step| encoded(step as f32 / STEPS as f32)).collect() }
     }
 
-    /// Means of four texels: of light, not of its sRGB values. The last of an odd number of rows or columns is left out.
+    /// Means of four texels, in linear light. The last of an odd number of rows or columns is left out.
     fn half(&self, image: &RgbaImage) -> RgbaImage {
         RgbaImage::from_fn(image.width() / 2, image.height() / 2, |x, y| {
             let texels =
@@ -84,8 +84,8 @@ impl Light {
         })
     }
 
-    /// Stretched: where a texture lies does not depend on its size. What is left between two powers of two is scaled in sRGB
-    /// values, as other programs do.
+    /// Stretches the image to a square; texture coordinates do not depend on the size. Halving works in linear light, and the
+    /// remaining factor below two is scaled in sRGB values, as other programs do.
     fn squared(&self, mut image: RgbaImage, side: u32) -> RgbaImage {
         while image.width() >= 2 * side && image.height() >= 2 * side {
             image = self.half(&image);

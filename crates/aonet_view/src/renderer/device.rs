@@ -1,4 +1,4 @@
-//! A device, and what every pass makes on it.
+//! A device, and the objects that every pass creates on it.
 
 use super::pass_clock::PassClock;
 use aonet::gpu::{cleared, cover_pipeline, wgpu};
@@ -18,7 +18,7 @@ pub(super) struct Cover {
 }
 
 impl Gpu {
-    /// A buffer of `bytes` that is written from here. Mapping one at once would panic where there is no memory.
+    /// A buffer of `bytes` that the CPU writes. `mapped_at_creation` would panic without enough memory.
     pub(super) fn buffer(&self, label: &str, bytes: u64, usage: wgpu::BufferUsages) -> wgpu::Buffer {
         self.device.create_buffer(&wgpu::BufferDescriptor {
             label: Some(label),

@@ -1,4 +1,4 @@
-//! What a frame shows.
+//! Parameters of a frame.
 
 use super::method::Method;
 use crate::{Error, Result};
@@ -6,7 +6,7 @@ use aonet::{AoParams, Camera};
 use std::fmt;
 use std::str::FromStr;
 
-/// What is drawn of the visibility that a method found.
+/// Which picture of a frame is drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Show {
     /// The lit scene: visibility dims the ambient light only.
@@ -22,7 +22,7 @@ pub enum Show {
 }
 
 impl Show {
-    /// All of them.
+    /// All pictures.
     pub const ALL: [Self; 4] = [Self::Shaded, Self::Visibility, Self::Normals, Self::Error];
 
     /// Its name on a command line.
@@ -55,7 +55,7 @@ impl FromStr for Show {
 /// One frame of a [`Renderer`](super::Renderer).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FrameParams {
-    /// The camera, of the renderer's size. A near plane at 0 becomes one shortly before the camera.
+    /// The camera, of the renderer's size. A near plane at 0 is moved to a small distance from the camera.
     pub camera: Camera,
     /// Distance of the far plane (world units); infinite is allowed.
     pub far: f32,
@@ -63,14 +63,14 @@ pub struct FrameParams {
     pub params: AoParams,
     /// The methods left and right of the slider.
     pub methods: [Method; 2],
-    /// Place of the slider in picture widths, in [0, 1]. At 1 there is the first method only, at 0 the second.
+    /// Place of the slider in picture widths, in [0, 1]. At 1 only the first method is shown, at 0 only the second.
     pub split: f32,
     /// What is drawn.
     pub show: Show,
-    /// Rays a pixel that the reference, where it is seen, grows by. It starts over when camera, radius, size or scene
-    /// change.
+    /// Rays per pixel that a frame adds to a visible reference. The reference starts over when camera, radius, size or
+    /// scene change.
     pub samples: u32,
-    /// Whether the reference grows though it is not seen.
+    /// Whether to trace the reference even if it is not visible.
     pub traced: bool,
 }
 
@@ -84,18 +84,18 @@ impl FrameParams {
             methods: [Method::default(); 2],
             split: 1.0,
             show: Show::default(),
-            // guess: about the time of the network on a card without ray tracing units.
+            // guess: takes about as long as the network on a card without ray tracing units.
             samples: 2,
             traced: false,
         }
     }
 
-    /// Whether it takes the reference.
+    /// Whether the frame needs the reference.
     pub fn traces(&self) -> bool {
         self.seen().contains(&Method::Reference)
     }
 
-    /// The same frame after a check of its numbers.
+    /// Returns the frame after a check of its numbers.
     pub(super) fn checked(self, (width, height): (usize, usize)) -> Result<Self> {
         let wrong = |what: &str, expected: String, found: String| Err(Error::request(what, expected, found));
         let found = self.camera.size();
@@ -112,7 +112,7 @@ impl FrameParams {
         Ok(self)
     }
 
-    /// The methods that run, each once.
+    /// The methods that run, without repetition.
     pub(super) fn seen(&self) -> Vec<Method> {
         let [first, second] = self.methods;
         let mut seen = Vec::new();

@@ -14,8 +14,8 @@ use glam::{Mat4, Vec3, Vec3A};
 /// Bytes of the struct `Camera` of `gbuffer.wgsl`.
 const CAMERA_BYTES: u64 = 96;
 
-/// A near plane at 0 comes here, in radii of the scene: reversed depth in floats has room for it.
-// guess: below the distance at which a surface fills the picture.
+/// A near plane at 0 is moved here, in radii of the scene; reversed depth in floats is precise enough.
+// guess: nearer than a surface that fills the picture.
 const NEAR_IN_RADII: f32 = 1e-5;
 
 /// Draws a scene into the targets.
@@ -92,7 +92,7 @@ fn pipeline(gpu: &Gpu, group: &wgpu::BindGroupLayout) -> wgpu::RenderPipeline {
             compilation_options: Default::default(),
             buffers: &[],
         },
-        // Both sides of a triangle are seen.
+        // Both sides of a triangle are visible.
         primitive: Default::default(),
         depth_stencil: Some(wgpu::DepthStencilState {
             format: targets::Z,
@@ -139,7 +139,7 @@ fn camera_bytes(frame: &FrameParams, bounds: &Bounds) -> Vec<u8> {
     bytes(view_from_world.into_iter().chain(scale).chain(z_line).chain(w_line).chain(axis))
 }
 
-/// A distance along -Z beyond everything (world units): parallel rays have no plane at infinity.
+/// A distance along -Z beyond the scene (world units), because an orthographic camera has no plane at infinity.
 fn farthest(frame: &FrameParams, bounds: &Bounds) -> f32 {
     let corner = |i: usize| {
         let pick = |axis: usize| if i >> axis & 1 == 0 { bounds.min[axis] } else { bounds.max[axis] };

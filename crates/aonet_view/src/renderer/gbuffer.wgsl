@@ -1,4 +1,4 @@
-// What is seen through every pixel: as the rays of aonet_scene::gbuffer find it, from triangles drawn with depth reversed.
+// The visible surface of every pixel, as the rays of aonet_scene::gbuffer find it. Triangles are drawn with reversed depth.
 
 struct Camera {
     view_from_world: mat4x4<f32>,
@@ -22,11 +22,11 @@ struct Camera {
 @group(0) @binding(9) var repeated_along_v: sampler;
 @group(0) @binding(10) var single: sampler;
 
-/// What a triangle shows of an image.
+/// The part of an image that a triangle shows.
 struct Decal {
-    /// Of its corners.
+    /// Texture coordinates of its corners.
     uv: array<vec2<f32>, 3>,
-    /// The layer in the lower half, then how it goes on along u and v, two bits each. NONE: no image.
+    /// The layer in the lower half, then the wrap modes along u and v, two bits each. NONE: no image.
     number: u32,
 }
 
@@ -74,7 +74,7 @@ fn corner(@builtin(vertex_index) index: u32) -> Corner {
     let c = position_world(triangles[3u * triangle + 2u]);
     let vertex = triangles[index];
     let seen = camera.view_from_world * vec4(position_world(vertex), 1.0);
-    // By its longer edges the cross product is largest; all corners of a triangle come to the same.
+    // The cross product of the longer edges is the most exact; all corners of a triangle choose the same ones.
     let across = cross(b - a, c - a);
     let longest = max(abs(across.x), max(abs(across.y), abs(across.z)));
     let front = select(vec3(0.0), direction_view(normalize(across / longest)), longest > 0.0);
@@ -84,7 +84,7 @@ fn corner(@builtin(vertex_index) index: u32) -> Corner {
     let depth = -seen.z;
     let zw = vec2(camera.z_line.x * depth + camera.z_line.y, camera.w_line.x * depth + camera.w_line.y);
     let albedo = vec3(albedos[3u * triangle], albedos[3u * triangle + 1u], albedos[3u * triangle + 2u]);
-    // Where no triangle shows an image there is a single decal.
+    // A scene without images has a single decal.
     let decal = min(triangle, arrayLength(&decals) - 1u);
     let uv = decals[decal].uv[index % 3u];
     let clip = vec4(camera.scale * seen.xy + camera.axis * zw.y, zw);
@@ -113,10 +113,10 @@ fn shown(decal: u32, uv: vec2<f32>, along: array<vec2<f32>, 2>) -> vec3<f32> {
 
 @fragment
 fn main(at: Corner) -> Seen {
-    // Below this the direction is rounding noise, as for the rays.
+    // A shorter vector's direction is rounding noise, as for the rays.
     let has_direction = dot(at.normal, at.normal) > 1e-8;
     let normal = normalize(select(at.geo_normal, at.normal, has_direction));
-    // Neighbours know each other's places before they part.
+    // Derivatives have to be computed before invocations branch.
     let along = array(dpdx(at.uv), dpdy(at.uv));
     var albedo = at.albedo;
     if (at.decal != NONE) {

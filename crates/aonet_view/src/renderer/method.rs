@@ -1,4 +1,4 @@
-//! What computes visibility.
+//! Methods that compute visibility.
 
 use crate::{Error, Result};
 use std::fmt;
@@ -9,7 +9,7 @@ use std::str::FromStr;
 pub enum Method {
     /// No ambient occlusion: visibility 1.
     Off,
-    /// Screen-space ambient occlusion, with its defaults as all classic methods here.
+    /// Screen-space ambient occlusion. All classic methods here use their defaults.
     Ssao,
     /// Horizon-based.
     Hbao,
@@ -24,12 +24,12 @@ pub enum Method {
     Network,
     /// The shipped network of the paper.
     Paper,
-    /// Ray-traced: converges while camera and scene rest.
+    /// Ray-traced: converges while camera and scene do not move.
     Reference,
 }
 
 impl Method {
-    /// All of them.
+    /// All methods.
     pub const ALL: [Self; 9] = [
         Self::Off,
         Self::Ssao,
@@ -57,7 +57,7 @@ impl Method {
         }
     }
 
-    /// What people call it.
+    /// Its title in controls.
     pub fn title(self) -> &'static str {
         match self {
             Self::Off => "no AO",

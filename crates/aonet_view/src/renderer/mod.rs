@@ -1,4 +1,4 @@
-//! A frame: rasterise the G-buffer, compute visibility by up to two methods, light, tone map, put on the screen.
+//! A frame: rasterise the G-buffer, compute visibility by up to two methods, light, tone map, present.
 //!
 //! ```no_run
 //! use aonet::gpu::Device;
@@ -58,7 +58,7 @@ use shade::ShadePass;
 use stopwatch::Stopwatch;
 use targets::Targets;
 
-/// Everything on the device that a picture of a scene takes, at one size.
+/// Everything on the device that drawing a scene needs, at one size.
 #[derive(Debug)]
 pub struct Renderer {
     gpu: Gpu,
@@ -98,7 +98,7 @@ impl Renderer {
         Ok(renderer)
     }
 
-    /// The same on a device that knows which products of matrices it has: networks take those.
+    /// Creates a renderer on a [`Device`], whose cooperative matrices the networks use.
     ///
     /// # Errors
     /// As [`Renderer::new`].
@@ -111,7 +111,7 @@ impl Renderer {
     /// Shows another scene, which has no reference until [`Renderer::set_tracer`] brings it.
     ///
     /// # Errors
-    /// When it is too large for the device; the old one stays then.
+    /// When it is too large for the device; the old scene then stays.
     pub fn set_scene(&mut self, scene: &Scene) -> Result<()> {
         self.scene = SceneBuffers::new(&self.gpu, scene)?;
         self.occlusion.forget_tracer();
@@ -134,7 +134,7 @@ impl Renderer {
     /// Changes the size of the frames to `size` (width, height) (px).
     ///
     /// # Errors
-    /// When a side is 0 or too large, or there is not enough memory; the renderer is as before then.
+    /// When a side is 0 or too large, or there is not enough memory; the renderer then does not change.
     pub fn resize(&mut self, size: (usize, usize)) -> Result<()> {
         if size == self.size() {
             return Ok(());
@@ -146,10 +146,10 @@ impl Renderer {
         Ok(())
     }
 
-    /// Encodes a frame's passes, up to [`Renderer::picture`]. Waits for nothing. A method's first frame compiles its shaders
+    /// Encodes a frame's passes, up to [`Renderer::picture`], without waiting. A method's first frame compiles its shaders
     /// and allocates its memory.
     ///
-    /// The frame's numbers are written when the commands are submitted next: one frame a submission.
+    /// The frame's numbers are written with the next submission, so a submission can hold one frame.
     ///
     /// # Errors
     /// When the camera is of another size or out of range, a method cannot run on the device, the reference has no tracer, or
@@ -160,11 +160,11 @@ impl Renderer {
         Ok(())
     }
 
-    /// The same for callers that go on with passes of their own: [`Renderer::clock`] times these, and [`Renderer::finish`] ends
-    /// the frame.
+    /// Encodes a frame's passes for callers that add passes of their own: [`Renderer::clock`] times them, and
+    /// [`Renderer::finish`] ends the frame.
     ///
     /// # Errors
-    /// As [`Renderer::encode`]; the encoder is of no use then.
+    /// As [`Renderer::encode`]; the encoder must then be dropped.
     pub fn begin(&mut self, encoder: &mut wgpu::CommandEncoder, frame: &FrameParams) -> Result<()> {
         self.stopwatch.iter_mut().for_each(Stopwatch::stop);
         let frame = frame.checked(self.size())?;
@@ -180,18 +180,18 @@ impl Renderer {
         Ok(())
     }
 
-    /// Where a pass of the caller between [`Renderer::begin`] and [`Renderer::finish`] writes its times, of which
-    /// [`Renderer::times`] tells under this label; none where the frame is not timed. A frame has room for three.
+    /// Where a pass of the caller between [`Renderer::begin`] and [`Renderer::finish`] writes its times;
+    /// [`Renderer::times`] reports them under this label. None if the frame is not timed. A frame can have three.
     pub fn clock(&mut self, label: &str) -> Option<PassClock> {
         self.stopwatch.as_mut().and_then(|watch| watch.pass(label))
     }
 
-    /// Ends what [`Renderer::begin`] has begun, in the same encoder.
+    /// Ends the frame that [`Renderer::begin`] began, in the same encoder.
     pub fn finish(&mut self, encoder: &mut wgpu::CommandEncoder) {
         self.stopwatch.iter_mut().for_each(|watch| watch.finish(encoder));
     }
 
-    /// Where frames end: `Rgba8Unorm`, holds sRGB values.
+    /// The finished frame: `Rgba8Unorm` with sRGB values.
     pub fn picture(&self) -> &wgpu::Texture {
         &self.targets.picture.texture
     }
@@ -206,13 +206,13 @@ impl Renderer {
         self.stopwatch.as_ref().map_or(&[], Stopwatch::latest)
     }
 
-    /// Sentences about images of the scene that are not shown, each with the image's name. A plain colour stands for them.
+    /// Messages about images of the scene that are not shown, each with the image's name. A plain colour replaces them.
     pub fn missing_images(&self) -> &[String] {
         &self.scene.textures.missing
     }
 
-    /// [`Renderer::missing_images`] in a sentence for a panel: the first, cut where its file calls it by a long name, and how many
-    /// others. None when all are shown.
+    /// [`Renderer::missing_images`] as one sentence for a panel: the first message, shortened if the image's name is long, and the
+    /// number of others. None when all images are shown.
     pub fn missing(&self) -> Option<String> {
         textures::sentence(self.missing_images())
     }

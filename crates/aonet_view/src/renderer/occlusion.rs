@@ -1,4 +1,4 @@
-//! The visibility of a frame by the methods that are seen.
+//! Visibility of a frame by the methods that it shows.
 
 use super::converging::Converging;
 use super::device::Gpu;
@@ -14,22 +14,22 @@ use aonet::search::Classic;
 use aonet::search::gpu::ClassicSession;
 use aonet_scene::trace::Tracer;
 
-/// Methods in use and what they found.
+/// Methods in use, and their visibility.
 #[derive(Debug)]
 pub(super) struct Occlusion {
     gpu: Gpu,
-    /// Of networks.
+    /// Kernels of the networks.
     pub(super) kernels: Kernels,
     /// One texel: visibility 1 everywhere.
     open: Target,
     running: Vec<Running>,
-    /// Once there is a tracer.
+    /// None until there is a tracer.
     reference: Option<Converging>,
-    /// Methods of the last frame: only these move to a new size.
+    /// Methods of the last frame; only these are kept when the size changes.
     seen: Vec<Method>,
 }
 
-/// A method at work.
+/// A method with its resources.
 #[derive(Debug)]
 struct Running {
     method: Method,
@@ -55,7 +55,7 @@ impl Occlusion {
         Self { gpu: gpu.clone(), kernels, open, running: Vec::new(), reference: None, seen: Vec::new() }
     }
 
-    /// Makes ready what a frame shows.
+    /// Prepares the methods that a frame shows.
     ///
     /// # Errors
     /// When a method cannot run on the device, or memory is short.
@@ -74,7 +74,7 @@ impl Occlusion {
         Ok(())
     }
 
-    /// Encodes the methods of a frame that [`Occlusion::prepare`] has seen.
+    /// Encodes the methods of a frame that [`Occlusion::prepare`] prepared.
     ///
     /// # Errors
     /// When the frame's numbers are out of range.
@@ -95,7 +95,7 @@ impl Occlusion {
         }
     }
 
-    /// What a method found in the last frame.
+    /// A method's visibility of the last frame.
     pub(super) fn visibility(&self, method: Method) -> &Target {
         if method == Method::Reference {
             return self.reference.as_ref().and_then(Converging::visibility).unwrap_or(&self.open);
@@ -107,7 +107,7 @@ impl Occlusion {
     /// Moves to textures of another size.
     ///
     /// # Errors
-    /// When memory is short; the methods start anew in the next frame then.
+    /// When memory is short; the next frame then creates the methods again.
     pub(super) fn resize(&mut self, targets: &Targets) -> Result<()> {
         let seen = std::mem::take(&mut self.seen);
         let kept = std::mem::take(&mut self.running).into_iter().filter(|r| seen.contains(&r.method));
@@ -115,7 +115,7 @@ impl Occlusion {
         Ok(())
     }
 
-    /// Brings the reference.
+    /// Adds the reference.
     ///
     /// # Errors
     /// When the scene is too large for the device.
@@ -124,12 +124,12 @@ impl Occlusion {
         Ok(())
     }
 
-    /// Another scene has no reference yet.
+    /// Removes the reference, because the scene changed.
     pub(super) fn forget_tracer(&mut self) {
         self.reference = None;
     }
 
-    /// Rays a pixel of the reference so far.
+    /// Rays per pixel of the reference so far.
     pub(super) fn samples(&self) -> u32 {
         self.reference.as_ref().map_or(0, Converging::samples)
     }

@@ -1,4 +1,4 @@
-//! A camera that hands can move: around a point, or through the scene.
+//! A camera for mouse and keyboard: it moves around a point, or through the scene.
 
 use aonet::{Camera, Result, Size};
 use aonet_scene::View;
@@ -17,7 +17,7 @@ pub struct Orbit {
     pub pitch: f32,
 }
 
-/// Straight up and down have no left and right. guess: a degree before it.
+/// Largest pitch: straight up or down has no left and right. guess: one degree less.
 const MOST_PITCH: f32 = 1.55;
 
 /// Nearest and farthest distances (world units), so that nothing overflows.
@@ -33,7 +33,7 @@ impl Orbit {
         Self { target, distance, yaw: (-look.x).atan2(-look.z), pitch }
     }
 
-    /// The viewer of a view.
+    /// The camera position of a view.
     pub fn of_view(view: &View) -> Self {
         Self::new(Vec3::from(view.eye), Vec3::from(view.target))
     }
@@ -128,7 +128,7 @@ mod tests {
         looked.look(0.5, 0.2);
         near(looked.eye(), start.eye());
         assert!(looked.target.distance(start.target) > 1.0);
-        // To the left of somebody who looks along -Z is -X.
+        // -X is to the left of a viewer who looks along -Z.
         assert!(looked.forward().x < start.forward().x);
     }
 

@@ -1,4 +1,4 @@
-//! A camera's way through a scene: recorded by hand, replayed at any rate. Stored as JSON.
+//! A camera path through a scene: recorded in the window, replayed at any rate, stored as JSON.
 
 use super::orbit::Orbit;
 use crate::{Error, Result};
@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 /// Where the viewer is at a time, world space.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Key {
-    /// Since the begin of the way (s).
+    /// Time since the start of the path (s).
     pub seconds: f32,
     /// Position of the viewer (world units).
     pub eye: [f32; 3],
@@ -19,15 +19,15 @@ pub struct Key {
 /// Keys in order of time.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct CameraPath {
-    /// At least one for a way that can be gone.
+    /// At least one for a path that can be replayed.
     pub keys: Vec<Key>,
 }
 
 impl CameraPath {
-    /// A way from JSON text: `{"keys": [{"seconds": 0, "eye": [0, 1, 3], "target": [0, 0, 0]}, ..]}`.
+    /// Reads a path from JSON text: `{"keys": [{"seconds": 0, "eye": [0, 1, 3], "target": [0, 0, 0]}, ..]}`.
     ///
     /// # Errors
-    /// When it is no such JSON, has no keys, a number is not finite, eye and target are one, or time does not go on.
+    /// When it is no such JSON, has no keys, a number is not finite, eye and target are equal, or times do not increase.
     pub fn from_json(text: &[u8]) -> Result<Self> {
         let expected = "a camera path (JSON with keys of seconds, eye and target)";
         let path: Self =
@@ -55,7 +55,7 @@ impl CameraPath {
         serde_json::to_string_pretty(self).unwrap_or_default()
     }
 
-    /// Adds where the viewer is at a time; a time that has been is left out.
+    /// Adds the viewer's position at a time; a time that is not later than the last key is ignored.
     pub fn record(&mut self, seconds: f32, orbit: &Orbit) {
         if self.keys.last().is_none_or(|last| seconds > last.seconds) {
             let (eye, target) = (orbit.eye().to_array(), orbit.target.to_array());

@@ -34,7 +34,7 @@ struct Row {
     bytes: f64,
     floor_ms: Option<f64>,
     estimate_ms: f64,
-    /// Not measured on a driver that computes on the CPU.
+    /// None on a driver that computes on the CPU.
     frame: Option<Spread>,
     whole: Option<Spread>,
     memory_bytes: Option<u64>,
@@ -57,8 +57,8 @@ pub(super) fn run(args: &Args) -> Result<()> {
     let adapter = &device.adapter;
     let measured = args.gpu.software || adapter.device_type != wgpu::DeviceType::Cpu;
     let why_not = format!(
-        "not measured: {} computes on the CPU, and its times say nothing about a graphics processor; --software takes them all \
-         the same",
+        "not measured: {} computes on the CPU, and its times say nothing about a graphics processor; --software measures \
+         them anyway",
         adapter.name
     );
     let mut rows = Vec::new();

@@ -1,4 +1,4 @@
-//! Every step of a network beside what it takes at least.
+//! Every step of a network beside its lower bounds.
 
 use super::subject::{Method, Subject};
 use super::{Args, machine, progress};
@@ -31,7 +31,7 @@ struct Row {
     bytes_floor_ms: f64,
     /// The time over the higher floor.
     over_floor: f64,
-    /// Of the frame.
+    /// Share of the frame's time.
     share: f64,
 }
 
@@ -57,8 +57,8 @@ pub(super) fn run(args: &Args, subjects: &[Subject]) -> Result<()> {
         return output::json(&json!({ "machine": machine(), "runs": args.runs(), "networks": all }));
     }
     let tables: Vec<_> = all.iter().map(text).collect();
-    let note = "A floor is direct convolution at the peak of multiply-adds, or every input, output and parameter moved once at \
-                the rate of a copy in main memory, whichever takes longer; steps whose buffers stay in the caches, and \
+    let note = "A floor is the longer of two times: direct convolution at the peak rate of multiply-adds, and moving every input, \
+                output and parameter once at the rate of a copy in main memory. Steps whose buffers stay in the caches, and \
                 convolutions that save multiplications, can be below it.";
     output::text(&format!("{}\n{note}\n{}; medians of {} runs\n", tables.join("\n"), machine(), args.runs()))
 }

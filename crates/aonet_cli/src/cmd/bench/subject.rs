@@ -9,11 +9,11 @@ use aonet::search::Classic;
 use aonet_lab::timing;
 use std::path::{Path, PathBuf};
 
-/// Networks beside the one in the program, for those who run it in the project's folder.
+/// Networks in the project's folder, which are timed if the program runs there.
 const PAPER: &str = "crates/aonet/models/paper.safetensors";
 const ROWS: &str = "assets/models/rows";
 
-/// A method that is not loaded yet, and what a table calls it: a row's memory is its own.
+/// A method that is not loaded yet, and its name in a table. It is loaded for its row only, so that a row's memory is its own.
 #[derive(Debug)]
 pub(super) struct Subject {
     pub(super) name: String,
@@ -22,7 +22,7 @@ pub(super) struct Subject {
 
 #[derive(Debug)]
 enum Source {
-    /// The program's own. Only one place may ask for its bytes: each would get a copy.
+    /// The network inside the program. Only one place may use its bytes, because every place would get a copy.
     Shipped,
     File(PathBuf),
     Config(PathBuf),
@@ -37,7 +37,7 @@ pub(super) enum Method {
 }
 
 impl Method {
-    /// In how many precisions it can run: classic methods in one.
+    /// Number of precisions that it can run in; 1 for classic methods.
     pub(super) fn precisions(&self) -> usize {
         match self {
             Self::Network(_) => usize::MAX,
@@ -82,7 +82,7 @@ pub(super) fn collect(args: &Args) -> Result<Vec<Subject>> {
     Ok(subjects)
 }
 
-/// The networks that come with the project, one of each configuration: weights do not change a time.
+/// The networks of the project, one of each configuration, because weights do not change a time.
 fn networks(args: &Args) -> Result<Vec<Subject>> {
     let own = Subject { name: "any_radius".to_owned(), source: Source::Shipped };
     let paper = Some(PathBuf::from(PAPER)).filter(|path| path.is_file());

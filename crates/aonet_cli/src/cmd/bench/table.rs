@@ -19,11 +19,11 @@ struct Row {
     width: usize,
     height: usize,
     threads: usize,
-    /// Of a network.
+    /// None for classic methods.
     precision: Option<String>,
     #[serde(flatten)]
     times: Times,
-    /// The time with the first number of threads over this one.
+    /// The time with the first number of threads divided by this time.
     scaling: f64,
     gflop: Option<f64>,
     gflop_per_s: Option<f64>,
@@ -113,7 +113,7 @@ fn row(name: &str, (width, height): (usize, usize), (threads, times): (usize, Ti
     }
 }
 
-/// Operations of a frame [1e9], two for each multiply-add.
+/// Operations of a frame (1e9), two for each multiply-add.
 fn gflop(model: &Model, (width, height): (usize, usize)) -> f64 {
     let step = model.graph().alignment();
     let padded = (width.next_multiple_of(step) * height.next_multiple_of(step)) as f64;

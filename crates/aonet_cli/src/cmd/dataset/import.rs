@@ -29,7 +29,7 @@ pub(super) struct Args {
     /// AO radius of all frames (world units).
     #[arg(long, allow_negative_numbers = true)]
     radius: f32,
-    /// What all frames are for.
+    /// The split of all frames.
     #[arg(long, value_enum, default_value = "test")]
     split: SplitName,
     /// How normals are stored.

@@ -1,4 +1,4 @@
-//! From what was typed to a plan, and from the plan to frames.
+//! Makes a plan from the arguments, and frames from the plan.
 
 use super::progress::Progress;
 use super::{COLUMNS, FRAMES, Make};
@@ -17,7 +17,7 @@ use std::path::Path;
 pub(super) enum PresetName {
     /// As in the paper: 37 scenes, 3996 frames of 1280x720, one radius a scene.
     Paper,
-    /// All scenes and procedural ones, a radius of its own for every frame.
+    /// All scenes, procedural ones included, and a separate radius for every frame.
     AnyRadius,
 }
 

@@ -1,4 +1,4 @@
-//! How far a dataset is: a bar on a terminal, and a last line about the run.
+//! Progress of a dataset: a bar on a terminal, and a last line about the run.
 
 use crate::output;
 use aonet_lab::dataset::{Event, Summary};
@@ -42,7 +42,7 @@ impl Progress {
         (self.start.elapsed().as_secs_f64().max(1e-9), self.rays.load(Ordering::Relaxed))
     }
 
-    /// What was made, how fast, and why views were dropped; on stderr.
+    /// Reports on stderr what was made, how fast, and why views were dropped.
     pub(super) fn finish(&self, summary: &Summary) {
         self.bar.finish_and_clear();
         let (seconds, rays) = self.cost();

@@ -18,7 +18,7 @@ pub(super) struct Conditions {
     frames: usize,
     width: usize,
     height: usize,
-    /// Nothing where imported frames do not say.
+    /// None if imported frames do not record it.
     reference_spp: Option<u32>,
     threads: usize,
     cores: usize,

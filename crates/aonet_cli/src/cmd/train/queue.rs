@@ -40,7 +40,7 @@ fn show(bar: &ProgressBar, run: &QueuedRun, event: QueueEvent) {
             bar.set_position(step);
             note(match step {
                 0 => format!("training {steps} steps"),
-                _ => format!("going on from step {step} of {steps}"),
+                _ => format!("continuing from step {step} of {steps}"),
             });
         }
         QueueEvent::Of(event) => single::show(bar, event),

@@ -25,7 +25,7 @@ pub(super) fn manifests(args: &Args) -> Result<Vec<Manifest>> {
     Ok(args.dataset.iter().map(|p| Manifest::load(p)).collect::<Result<_, _>>()?)
 }
 
-/// What the arguments say of a run besides its configuration.
+/// A run's options that are not in its configuration.
 pub(super) fn train_run(args: &Args, manifests: &[Manifest]) -> Result<TrainRun> {
     let limit = args.stop_after.map(|minutes| Duration::try_from_secs_f64(60.0 * minutes));
     Ok(TrainRun {
@@ -82,7 +82,7 @@ pub(super) fn bar(steps: u64) -> ProgressBar {
     ProgressBar::new(steps).with_style(style)
 }
 
-/// News of a run on its bar and on stderr.
+/// Reports a run's events on its bar and on stderr.
 pub(super) fn show(bar: &ProgressBar, event: TrainEvent) {
     match event {
         TrainEvent::Loaded(done, total) => bar.set_message(format!("frame {done}/{total}")),

@@ -13,7 +13,7 @@ use aonet_view::{FrameParams, Renderer};
 use std::f32::consts::TAU;
 use std::path::Path;
 
-/// Rays a pixel of one submission.
+/// Rays per pixel in one submission.
 const RAYS_AT_ONCE: u32 = 16;
 
 /// Draws all frames and prints their paths.
@@ -37,7 +37,7 @@ pub(super) fn run(args: &Args, stage: Stage, out: &Path) -> Result<()> {
     Ok(())
 }
 
-/// Draws a frame; the reference in parts that no driver's watchdog minds.
+/// Draws a frame; the reference in parts that are short enough for a driver's watchdog.
 fn draw(device: &Device, renderer: &mut Renderer, frame: &FrameParams) -> Result<()> {
     let mut left = frame.samples;
     loop {
@@ -63,7 +63,7 @@ fn frame(args: &Args, stage: &Stage, i: usize) -> Result<FrameParams> {
     })
 }
 
-/// The camera of frame `i`: on its way, or once around what the view looks at.
+/// The camera of frame `i`: on the camera path, or on a circle around the view's target.
 fn camera(stage: &Stage, i: usize, frames: usize) -> Result<Camera> {
     let (view, i) = (&stage.view, i as f32);
     let orbit = match &stage.way {

@@ -1,4 +1,4 @@
-//! What the command line says of a scene and how it is shown, checked.
+//! The scene of the command line and how to show it, checked.
 
 use super::Args;
 use crate::setup::StageArgs;
@@ -43,7 +43,7 @@ impl Stage {
         Ok(Self { tracer, view, methods: [first, second.unwrap_or(first)], split, show, way })
     }
 
-    /// What a window begins with.
+    /// The start of a window.
     pub(super) fn into_start(self) -> aonet_view::window::Start {
         let Self { tracer, view, methods, split, show, way } = self;
         aonet_view::window::Start { tracer, view, methods, split, show, way }

@@ -1,9 +1,9 @@
-//! What a pass takes at least on a device, and what it may take on a common one.
+//! Lower bounds of a pass's time on a device, and an estimate for a common device.
 
 use aonet_lab::timing::gpu::PassCost;
 use serde::Serialize;
 
-/// What a device does at best.
+/// Peak rates of a device.
 #[derive(Debug, Clone, Copy, Serialize)]
 pub(super) struct Peaks {
     /// Operations (1e12 a second).
@@ -24,16 +24,16 @@ impl Peaks {
     }
 }
 
-/// Passes on a device of the class of an RTX 3060: not measured, but counted.
+/// A model of a device of the class of an RTX 3060: computed from counts, not measured.
 #[derive(Debug, Clone, Copy, Serialize)]
 pub(super) struct Estimate {
     pub(super) device: &'static str,
     pub(super) tflops: f64,
     pub(super) gb_per_s: f64,
-    /// Shares of the two that shaders reach.
+    /// Shares of both peaks that shaders reach.
     pub(super) flop_efficiency: f64,
     pub(super) byte_efficiency: f64,
-    /// From one pass's end to the next one's begin (ms).
+    /// Time between two passes (ms).
     pub(super) gap_ms: f64,
 }
 
@@ -45,21 +45,21 @@ pub(super) const RTX_3060: Estimate = Estimate {
     gb_per_s: 360.0,
     // guess: a tiled convolution without matrix units.
     flop_efficiency: 0.35,
-    // guess: what copies reach, less a little.
+    // guess: slightly below what copies reach.
     byte_efficiency: 0.75,
     // guess: a barrier and a launch.
     gap_ms: 0.005,
 };
 
 impl Estimate {
-    /// Of a pass (ms).
+    /// Estimated time of a pass (ms).
     pub(super) fn ms(self, cost: &PassCost) -> f64 {
         let flop_ms = cost.flop / (self.tflops * self.flop_efficiency) / 1e9;
         let bytes_ms = cost.bytes / (self.gb_per_s * self.byte_efficiency) / 1e6;
         flop_ms.max(bytes_ms) + self.gap_ms
     }
 
-    /// What it is made of, as a sentence.
+    /// A sentence that explains the estimate.
     pub(super) fn sentence(self) -> String {
         let Self { device, tflops, gb_per_s, flop_efficiency, byte_efficiency, gap_ms } = self;
         format!(

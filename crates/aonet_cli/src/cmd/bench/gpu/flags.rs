@@ -1,21 +1,21 @@
-//! What the command line says of a graphics processor.
+//! Flags that concern a graphics processor.
 
 use aonet::gpu::{Device, Kernels};
 
-/// What `aonet bench` is told of a graphics processor.
+/// Flags of `aonet bench` for graphics processors.
 #[derive(Debug, clap::Args)]
 pub(crate) struct Flags {
-    /// --device gpu: what the device computes at best, for the floors (TFLOP/s).
+    /// --device gpu: the device's peak rate, for the lower bounds (TFLOP/s).
     #[arg(long, value_name = "TFLOP/S")]
     pub(super) peak_tflops: Option<f64>,
-    /// --device gpu: what its memory gives at best, for the floors (GB/s).
+    /// --device gpu: the peak rate of its memory, for the lower bounds (GB/s).
     #[arg(long, value_name = "GB/S")]
     pub(super) bandwidth: Option<f64>,
     /// --device gpu: how networks are computed; may be repeated [default: plain, and those of the others
     /// that the device has].
     #[arg(long, value_enum)]
     pub(super) kernels: Vec<KernelsFlag>,
-    /// --device gpu: time a driver that computes on the CPU all the same.
+    /// --device gpu: also time a driver that computes on the CPU.
     #[arg(long)]
     pub(super) software: bool,
 }
@@ -23,16 +23,16 @@ pub(crate) struct Flags {
 /// See [`Kernels`].
 #[derive(Debug, Clone, Copy, clap::ValueEnum)]
 pub(super) enum KernelsFlag {
-    /// With what every device has.
+    /// With instructions that every device has.
     Plain,
-    /// Filters are read once a subgroup.
+    /// Filters are read once per subgroup.
     Subgroups,
     /// As products of cooperative matrices, in f16.
     Matrices,
 }
 
 impl KernelsFlag {
-    /// What that is on a device: plain where it has no such matrices.
+    /// The kernels to use on a device: plain if it has no such matrices.
     pub(super) fn on(self, device: &Device) -> Kernels {
         match self {
             Self::Plain => Kernels::Plain,

@@ -9,7 +9,7 @@ use aonet::gpu::{Device, Kernels, Precision};
 use aonet::net::{Model, shipped};
 use aonet::search::Classic;
 
-/// What the arguments name; else the shipped networks and the classic methods, all but one of which have shaders.
+/// The methods that the arguments name; without any, the shipped networks and the classic methods that have shaders (all but NNAO).
 pub(super) fn methods(args: &Args) -> Result<Vec<(String, Method)>> {
     let none = args.model.is_empty() && args.config.is_empty() && args.classic.is_empty();
     if !none || args.methods.is_some() {
@@ -34,7 +34,7 @@ pub(super) fn methods(args: &Args) -> Result<Vec<(String, Method)>> {
     Ok(methods)
 }
 
-/// Numbers and instructions that a method is computed with: those that are asked for, as far as the device has them.
+/// Precisions and kernels to time a method with: those of the arguments that the device has.
 pub(super) fn ways((args, device): (&Args, &Device), method: &Method) -> Result<Vec<(Precision, Kernels)>> {
     let Method::Network(model) = method else { return Ok(vec![(Precision::F32, Kernels::Plain)]) };
     let mut precisions = args.precision.iter().map(|p| p.gpu()).collect::<Result<Vec<_>>>()?;

@@ -7,7 +7,7 @@ use aonet_lab::timing::gpu::Spread;
 
 const MIB: f64 = (1u64 << 20) as f64;
 
-/// A table of all rows and, if asked for, one of the passes of each; what they mean.
+/// A table of all rows, on request a table of each row's passes, and notes that explain them.
 pub(super) fn page(rows: &[Row], passes: bool, [device, note]: [&str; 2]) -> String {
     let by_pass: Vec<_> = rows.iter().filter(|_| passes).map(passes_of).collect();
     format!(
