@@ -1,8 +1,8 @@
-//! Adam's arithmetic, for one weight, and the learning rate that goes with it.
+//! Adam's arithmetic for one weight, and the learning rate's schedule.
 
 /// A step of Adam. Kingma and Ba 2015, Algorithm 1, with its constants.
 pub(crate) struct Adam {
-    /// What the moments lack because they began at zero.
+    /// Corrections of the moments' bias, which start at zero.
     bias: (f64, f64),
 }
 

@@ -18,7 +18,7 @@ const PNG_END: &[u8] = b"\0\0\0\0IEND\xae\x42\x60\x82";
 /// Writes `image` as `.exr` (channel `ao`, 32-bit) or `.png` (16-bit grey).
 ///
 /// # Errors
-/// When the extension is another one, or the file cannot be written; nothing is left behind then.
+/// When the extension is another one, or the file cannot be written; no partial file remains.
 pub fn save_ao(path: &Path, image: &AoImage) -> Result<()> {
     let size = (image.width(), image.height());
     let bytes = match extension(path).as_str() {
@@ -40,8 +40,8 @@ pub fn save_ao(path: &Path, image: &AoImage) -> Result<()> {
     atomic_file::write(path, &bytes)
 }
 
-/// Reads an AO image: of an `.exr` the channel that [`Frame::load`](crate::frame::Frame::load) would take for AO, else
-/// `Y`, `V` or `R`; of a `.png` the grey value.
+/// Reads an AO image: from an `.exr` the channel that [`Frame::load`](crate::frame::Frame::load) reads as AO, else
+/// `Y`, `V` or `R`; from a `.png` the grey value.
 ///
 /// # Errors
 /// When the file is broken, or holds no such channel or a NaN.
@@ -74,7 +74,7 @@ fn from_png(path: &Path, bytes: &[u8]) -> Result<AoImage> {
     limits.max_alloc = Some(bytes.len() as u64 * 1100 + (1 << 20));
     reader.limits(limits);
     let grey = reader.decode().map_err(wrong)?.into_luma16();
-    // The decoder is content with every pixel; a file that was cut is refused all the same.
+    // The decoder accepts a file with all pixels; a truncated file is refused as well.
     if !bytes.windows(PNG_END.len()).rev().any(|chunk| chunk == PNG_END) {
         return Err(Error::file(path, "a whole PNG", "no end of image"));
     }

@@ -1,4 +1,4 @@
-//! What the convolutions of a network read on the frames of a dataset: what integers have to cover.
+//! Ranges of the values that a network's convolutions read on the frames of a dataset; integers have to cover them.
 
 use crate::dataset::{FrameEntry, Manifest, Split};
 use crate::eval::read;

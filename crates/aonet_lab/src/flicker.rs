@@ -1,10 +1,10 @@
-//! Temporal stability: how much a method's image changes along a camera path beyond what the truth changes.
+//! Temporal stability: how much a method's image changes along a camera path beyond the reference's change.
 
 use aonet::{AoImage, Camera, GBuffer};
 use aonet_scene::error::{Error, Result};
 use glam::Vec3A;
 
-/// Largest relative difference of depths at which two frames are said to see the same point.
+/// Largest relative difference of depths at which two frames count as seeing the same point.
 const SAME_DEPTH: f32 = 0.01;
 
 /// Mean changes of visibility from frame to frame, of points that both frames see.
@@ -16,7 +16,7 @@ pub struct Flicker {
     pub change: f64,
     /// Mean of |change of the reference|.
     pub reference_change: f64,
-    /// Pairs of pixels.
+    /// Number of pairs of pixels.
     pub pairs: u64,
 }
 
@@ -77,7 +77,7 @@ fn pairs(from: &GBuffer, to: &GBuffer) -> impl Iterator<Item = (usize, usize)> {
     })
 }
 
-/// The pixel whose centre is nearest to where a point is seen.
+/// The pixel whose centre is nearest to a point's image.
 fn pixel(camera: &Camera, position_view: Vec3A) -> Option<usize> {
     let ([cx, cy], [focal_x, focal_y]) = (camera.centre_px(), camera.focal_px());
     let px = camera.projected_px(1.0, -position_view.z);

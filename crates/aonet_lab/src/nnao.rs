@@ -1,5 +1,5 @@
 //! Training of NNAO's weights: pixels of training frames, mean squared error, Adam.
-// Holden, Saito, Komura 2016, §3, without dropout: so many pixels leave nothing to learn by heart.
+// Holden, Saito, Komura 2016, §3, without dropout: with this many pixels the network does not overfit.
 
 use crate::adam::{Adam, cosine_decay};
 use crate::dataset::{FrameEntry, Manifest, Split};
@@ -10,7 +10,7 @@ use aonet_scene::error::{Error, Result};
 use aonet_scene::random::Random;
 use rayon::prelude::*;
 
-/// How long and on what to train.
+/// Length and data of a training.
 #[derive(Debug, Clone, Copy)]
 pub struct Training {
     /// Training frames, spread evenly over the split.
@@ -23,7 +23,7 @@ pub struct Training {
     pub seed: u64,
 }
 
-/// Pixels kept of each frame. guess: as many as make the frames' reading worth it.
+/// Pixels kept of each frame. guess: enough to justify reading the frame.
 const PIXELS_A_FRAME: usize = 2048;
 /// Learning rate at the first step; it decays along a half cosine. guess
 const RATE: f64 = 5e-3;
@@ -31,7 +31,7 @@ const RATE: f64 = 5e-3;
 /// Share of a step in the running mean of the error: batches are noisy.
 const SMOOTHING: f64 = 0.01;
 
-/// What one pixel shows, and its occlusion.
+/// The inputs of one pixel, and its occlusion.
 struct Example {
     taps: Vec<NnaoTap>,
     occlusion: f32,
@@ -100,7 +100,7 @@ fn standard(examples: &[Example]) -> ([f32; INPUTS], [f32; INPUTS]) {
     (mean.map(|m| m as f32), std::array::from_fn(|c| variance(c).sqrt().max(1e-6) as f32))
 }
 
-/// Mean gradient and error of a batch; shares of it go side by side and are summed in order.
+/// Mean gradient and error of a batch; parts of it run in parallel and are summed in order.
 fn gradient(weights: &NnaoWeights, batch: &[&Example]) -> (Vec<f32>, f64) {
     const SHARE: usize = 256;
     let of_share = |share: &[&Example]| {

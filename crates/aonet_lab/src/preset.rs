@@ -6,7 +6,7 @@ use aonet_scene::error::{Error, Result};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
-/// Parameters of a method and their history.
+/// Tuned parameters of a method, and how they were found.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Preset {
@@ -15,7 +15,7 @@ pub struct Preset {
     /// The command that found them.
     #[serde(default)]
     pub command: String,
-    /// What they were tuned on.
+    /// The data that they were tuned on.
     #[serde(default)]
     pub frames: String,
 }

@@ -1,8 +1,8 @@
-//! How much each input channel moves a network's output: AO-Net §3.1, Eq. 1 and Fig. 2.
+//! How much each input channel changes a network's output: AO-Net §3.1, Eq. 1 and Fig. 2.
 //!
 //! A channel gets Gaussian noise of a tenth of its standard deviation; its sensitivity is the mean **absolute** change of
 //! the output before clamping, over that tenth. (Eq. 1 has no absolute value: signed changes cancel to first order.)
-//! Standard deviations are over the foreground of all test frames; the noise is put on the foreground of crops from the
+//! Standard deviations are over the foreground of all test frames; the noise is added to the foreground of crops from the
 //! middle of some of them, and the change is measured there.
 
 use crate::dataset::{FrameEntry, Manifest, Split};
@@ -18,11 +18,11 @@ use serde::Serialize;
 /// Noise, in standard deviations of the channel. Eq. 1.
 const NOISE: f64 = 0.1;
 
-/// Side of a crop (px), rounded up to what the network divides. guess: most of what a U-Net of four levels sees.
+/// Side of a crop (px), rounded up to the network's alignment. guess: most of the receptive field of a U-Net of four levels.
 const CROP: usize = 96;
 
-/// Multiply-accumulates to spend on a network, and bounds on the crops that come of it. The oracle manages about
-/// 3e8 a second and core; five crops are 46 thousand pixels, which fixes a mean to half a per cent.
+/// Multiply-accumulates to spend on a network, and bounds of the resulting number of crops. The oracle computes about
+/// 3e8 per second and core; five crops are 46 thousand pixels, which gives a mean to half a per cent.
 const MAC_BUDGET: f64 = 2e9;
 const CROPS: std::ops::RangeInclusive<usize> = 2..=8;
 
@@ -32,7 +32,7 @@ const SEED: u64 = 1;
 /// One input channel of a network.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Channel {
-    /// `normal x`, `normal y`, `normal z`, then what the configuration calls the rest.
+    /// `normal x`, `normal y`, `normal z`, then the configuration's names of the other channels.
     pub name: String,
     /// Standard deviation over the foreground of the test frames, in the channel's unit.
     pub sigma: f64,
@@ -53,8 +53,8 @@ pub struct Sensitivity {
     pub pixels: usize,
 }
 
-/// Sensitivities of every model on the test frames of a dataset. `progress` is told how many frames and models are
-/// done, of how many. Equal inputs give equal results.
+/// Sensitivities of every model on the test frames of a dataset. `progress` is called with the frames and models
+/// done, and their number. Equal inputs give equal results.
 ///
 /// # Errors
 /// When a frame is broken or there is no test frame with foreground in the middle.
@@ -101,7 +101,7 @@ pub fn sensitivity(
     Ok(results)
 }
 
-/// What the channels of `features` are called.
+/// Names of the channels of `features`.
 pub fn channel_names(features: Features) -> Vec<&'static str> {
     features.channels().iter().map(|channel| channel.name()).collect()
 }
@@ -151,7 +151,7 @@ impl Crop {
         Self { left: start(gbuffer.width(), width), top: start(gbuffer.height(), height), width, height }
     }
 
-    /// Which of its pixels are in the frame and show geometry.
+    /// Marks its pixels that are in the frame and show geometry.
     fn counted(&self, gbuffer: &GBuffer) -> Vec<bool> {
         let at = |i: usize| (self.left + i % self.width, self.top + i / self.width);
         let inside = |(x, y): (usize, usize)| {
@@ -161,7 +161,7 @@ impl Crop {
     }
 }
 
-/// The features of a crop, and which of its pixels count.
+/// The features of a crop, and a mask of the pixels that count.
 struct Sample {
     features: Planes,
     counted: Vec<bool>,
@@ -178,7 +178,7 @@ impl Sample {
     }
 }
 
-/// Crops of as many frames, spread over the dataset, as the budget pays for.
+/// Crops of frames spread over the dataset, as many as the budget allows.
 fn samples(model: &Model, manifest: &Manifest, entries: &[&FrameEntry]) -> Result<Vec<Sample>> {
     let evaluations = (model.config().features.channels().len() + 1) * CROP * CROP;
     let affordable = (MAC_BUDGET / (model.graph().macs_per_pixel() * evaluations as f64)) as usize;
@@ -265,7 +265,7 @@ mod tests {
         let model = linear(weights);
         let other = linear([1.0, 0.0, 0.0, 0.0]);
         let found = sensitivity(&[&model, &other], &manifest, &|_, _| ()).unwrap();
-        // E|w xi| / s = |w| sqrt(2 / pi) for xi ~ N(0, s); some thousand pixels fix it to about a per cent.
+        // E|w xi| / s = |w| sqrt(2 / pi) for xi ~ N(0, s); some thousand pixels give it to about a per cent.
         let mean = (2.0 / std::f64::consts::PI).sqrt();
         assert!(found[0].pixels > 2000, "{found:?}");
         for (channel, w) in found[0].channels.iter().zip(weights) {

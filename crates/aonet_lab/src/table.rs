@@ -1,6 +1,6 @@
-//! Tables as text: for terminals and as Markdown.
+//! Tables as text, for terminals and as Markdown.
 
-/// A table: how it is set apart is up to `style`. The first column is left-aligned, the others right.
+/// Formats a table in a `style`. The first column is left-aligned, the others right.
 ///
 /// # Panics
 /// When a row has fewer cells than the header.
@@ -32,7 +32,7 @@ pub fn table(header: &[&str], rows: &[Vec<String>], style: Style) -> String {
     text
 }
 
-/// How a table looks.
+/// Format of a table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Style {
     /// Columns of spaces.
@@ -41,7 +41,7 @@ pub enum Style {
     Markdown,
 }
 
-/// A number with `digits` decimals; a dash for nothing, `inf` for infinity.
+/// A number with `digits` decimals; a dash for none, `inf` for infinity.
 pub fn number(value: impl Into<Option<f64>>, digits: usize) -> String {
     value.into().map_or_else(|| "-".into(), |v| format!("{v:.digits$}"))
 }

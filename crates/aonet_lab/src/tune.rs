@@ -9,38 +9,38 @@ use aonet_scene::error::{Error, Result};
 use aonet_scene::random::Random;
 use rayon::prelude::*;
 
-/// Parameters that set the cost rather than the look: they stay as given.
+/// Parameters that determine the cost; they keep the given values.
 const COST: [&str; 5] = ["slices", "steps", "samples", "depth_levels", "depth_offset"];
 
 /// Weights of DSSIM and L1, as in the networks' training configurations.
 const LOSS: (f64, f64) = (0.94, 0.5);
 
-/// What a search may spend.
+/// Budget of a search.
 #[derive(Debug, Clone, Copy)]
 pub struct Search {
     /// Training frames, spread evenly over the split.
     pub frames: usize,
-    /// Parameter sets tried: the first is the one given, a third are drawn anew, the rest around the best so far.
+    /// Parameter sets to try: the given one first, a third at random, the rest around the best so far.
     pub trials: usize,
-    /// Equal seeds try equal parameters.
+    /// Seed of the search; equal seeds try equal parameters.
     pub seed: u64,
 }
 
-/// What a search found.
+/// Result of a search.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Tuned {
     /// The method with the best parameters.
     pub method: Classic,
     /// Its mean loss over the frames.
     pub loss: f64,
-    /// That of the method as given.
+    /// Mean loss of the given method.
     pub loss_before: f64,
 }
 
 /// Searches for parameters of `method`. `progress` is called with the trials done and the least loss.
 ///
 /// # Errors
-/// When there are no training frames, one is broken, or `search` asks for nothing.
+/// When there are no training frames, one is broken, or `search` has an empty budget.
 pub fn tune(
     manifest: &Manifest,
     method: Classic,
@@ -81,7 +81,7 @@ fn load(manifest: &Manifest, count: usize) -> Result<Vec<TrainingFrame>> {
     (0..count).map(|k| eval::read(manifest, train[k * train.len() / count])).collect()
 }
 
-/// Mean of the frames' losses. Frames go side by side; the sum runs in their order.
+/// Mean of the frames' losses. Frames run in parallel; the sum runs in their order.
 fn loss(method: &Classic, frames: &[TrainingFrame]) -> Result<f64> {
     let one = |(gbuffer, params, reference): &TrainingFrame| -> Result<f64> {
         let image = method.run(gbuffer, *params)?;
@@ -149,7 +149,7 @@ impl Scale {
         self.high - self.low
     }
 
-    /// The value at a place in [0, 1].
+    /// The value at a position in [0, 1].
     fn at(&self, place: f64) -> f32 {
         let value = match (self.whole, self.is_log()) {
             (true, _) => (self.low + place * self.span()).round(),
@@ -159,7 +159,7 @@ impl Scale {
         (value as f32).clamp(self.low as f32, self.high as f32)
     }
 
-    /// The place of the present value.
+    /// The position of the current value.
     fn place(&self) -> f64 {
         match self.is_log() {
             true => (self.value / self.low).ln() / (self.high / self.low).ln(),

@@ -1,4 +1,4 @@
-//! Frames: methods, sizes, times, and what must be refused.
+//! Frames: methods, sizes, times, and invalid requests.
 
 mod common;
 
@@ -82,7 +82,7 @@ fn tiny_and_changing_sizes() {
     for (width, height) in [(5, 3), (1, 1), (2, 1), (1, 7), (33, 17), (96, 54)] {
         renderer.resize((width, height)).unwrap();
         let view = aonet_scene::View { width, height, ..view.clone() };
-        // The last pair is at work when the size changes.
+        // The last pair is in use when the size changes.
         let alone = Method::ALL.map(|method| [method, Method::Off]);
         for methods in alone.into_iter().chain([[Method::Network, Method::Gtao]]) {
             draw(&device, &mut renderer, &FrameParams { methods, split: 0.5, ..frame(&view) });
@@ -220,14 +220,14 @@ fn rays_and_passes_of_the_caller_are_timed_in_their_frame() {
     let (few, many) = (traced(1), traced(64));
     let broken = FrameParams { split: 2.0, ..few };
     draw(few);
-    // Each frame tells of the one before; a frame that is none leaves no trace.
+    // Each frame reports the times of the one before; a refused frame changes nothing.
     let times = [few, broken, many, many].map(&mut draw);
     let labels: Vec<_> = times[0].iter().map(|time| time.label.as_str()).collect();
     assert_eq!(labels, ["G-buffer", "GTAO", "ray-traced reference", "lighting", "presenting"]);
     assert_eq!(times[1], times[0]);
-    // How long is not told here: a driver that computes on busy cores writes its clocks when it can.
+    // Durations are not checked: a driver that computes on busy cores writes its timestamps late.
     assert!(times[3].iter().all(|time| time.ms > 0.0), "{times:?}");
-    // All rays are there: none are traced, none are timed.
+    // The reference is complete: no rays are traced or timed.
     let none = FrameParams { samples: 0, ..few };
     draw(none);
     assert_eq!(draw(none).len(), 4);
@@ -241,7 +241,7 @@ fn a_lost_device_is_an_error_and_no_panic() {
     draw(&device, &mut renderer, &frame(&view));
     device.device.destroy();
     let mut encoder = device.device.create_command_encoder(&Default::default());
-    // Encoding may not notice; what comes back does.
+    // Encoding may not notice the lost device; reading back does.
     let _ = renderer.encode(&mut encoder, &frame(&view));
     device.queue.submit([encoder.finish()]);
     let message = readback::picture(&renderer).unwrap_err().to_string();
@@ -303,7 +303,7 @@ fn a_target_shows_the_picture_whatever_it_encodes() {
     assert_eq!((plain.len(), apart(&plain, &picture)), (picture.len(), 0));
     assert!(apart(&encoding, &picture) <= 1, "{}", apart(&encoding, &picture));
     let half = presented(&device, &renderer, (wgpu::TextureFormat::Rgba8Unorm, [32, 18]));
-    // Between four texels all count alike.
+    // In the middle of four texels all have equal weight.
     let mean = |x: usize, y: usize, c: usize| {
         let texel = |x: usize, y: usize| u32::from(picture[4 * (64 * y + x) + c]);
         texel(2 * x, 2 * y) + texel(2 * x + 1, 2 * y) + texel(2 * x, 2 * y + 1) + texel(2 * x + 1, 2 * y + 1)

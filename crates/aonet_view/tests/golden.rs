@@ -1,4 +1,4 @@
-//! Pictures that were looked at once. `AONET_UPDATE=1` accepts what is drawn now; look at it before.
+//! Pictures that were inspected by eye. `AONET_UPDATE=1` accepts the current pictures; inspect them first.
 
 mod common;
 
@@ -26,7 +26,7 @@ fn strays(found: &RgbImage, expected: &RgbImage) -> f32 {
     found.pixels().zip(expected.pixels()).filter(far).count() as f32 / found.pixels().len() as f32
 }
 
-/// Compares with `tests/golden/NAME.png`; where it differs, what was found lies in the folder that the message names.
+/// Compares with `tests/golden/NAME.png`; if it differs, the found picture is in the folder that the message names.
 #[track_caller]
 fn check(name: &str, found: &RgbImage) {
     let golden = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/golden").join(format!("{name}.png"));

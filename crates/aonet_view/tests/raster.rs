@@ -1,4 +1,4 @@
-//! What is rasterised against what rays find.
+//! Compares rasterised G-buffers with ray-traced ones.
 
 mod common;
 

@@ -1,4 +1,4 @@
-//! Images of glTF files on what is rasterised: texels that are known, in places that are known.
+//! Textures of glTF files on rasterised triangles: known texels at known positions.
 
 mod common;
 
@@ -14,7 +14,7 @@ use serde_json::{Value, json};
 /// Steps of 255 that a channel may differ by: sRGB is decoded and encoded on the way.
 const STEP: u8 = 1;
 
-/// Sixteen colours of which no two are alike.
+/// Sixteen different colours.
 fn tile() -> RgbImage {
     RgbImage::from_fn(4, 4, |x, y| image::Rgb([40 + 60 * x as u8, 30 + 70 * y as u8, 250 - 50 * x as u8]))
 }
@@ -78,7 +78,7 @@ fn drawn(device: &Device, renderer: &mut Renderer) -> RgbImage {
     readback::albedo(renderer).unwrap()
 }
 
-/// Checks the middles of texels of nine pixels: what is seen of `expected(column, row)`.
+/// Checks the middle pixel of texels that cover nine pixels each against `expected(column, row)`.
 #[track_caller]
 fn assert_texels(found: &RgbImage, expected: impl Fn(u32, u32) -> [u8; 3]) {
     for (x, y) in (0..found.width() / 9).flat_map(|x| (0..found.height() / 9).map(move |y| (x, y))) {

@@ -7,7 +7,7 @@ use aonet_scene::staging::{Candidate, SceneSpec};
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// Scenes marked `extra` that are kept for validation; the other `extra` scenes are for training.
+/// Scenes marked `extra` that are for validation; the other `extra` scenes are for training.
 const HELD_OUT: [&str; 6] =
     ["garden", "hospital_ward", "kenney_town", "penguin", "semi_truck", "egyptian_cat"];
 
@@ -49,7 +49,7 @@ pub fn scenes(dir: &Path, preset: Preset) -> Result<Vec<SceneSpec>> {
     Ok(scenes)
 }
 
-/// Candidate cameras by scene; none where there is no file.
+/// Candidate cameras by scene; empty without a file.
 fn cameras(path: &Path) -> Result<BTreeMap<String, Vec<Candidate>>> {
     let mut all: BTreeMap<String, Vec<Candidate>> = BTreeMap::new();
     if !path.exists() {

@@ -15,26 +15,26 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::time::{Duration, Instant};
 
-/// Between two writes of a manifest; a kill loses the record of at most this much work.
+/// Time between two writes of a manifest; a killed run loses the record of at most this much work.
 pub(super) const SAVE_EVERY: Duration = Duration::from_secs(5);
 
-/// Which frames of a plan to make, and where.
+/// Which frames of a plan to make, and on which device.
 #[derive(Debug, Clone, Default)]
 pub struct Work {
-    /// All of them unless given.
+    /// The shard to make; all frames if absent.
     pub shard: Option<Shard>,
-    /// What traces their reference.
+    /// The backend that traces their reference.
     pub backend: Backend,
 }
 
 /// What happens while frames are made.
 #[derive(Debug, Clone, Copy)]
 pub enum Event<'a> {
-    /// How many frames there already were, and how many there will be.
+    /// Number of frames at the start and at the end.
     Resume {
         /// Complete from an earlier run.
         done: usize,
-        /// Of the plan, or of the shard.
+        /// All frames of the plan, or of the shard.
         total: usize,
     },
     /// The scene of the next frames.
@@ -45,16 +45,16 @@ pub enum Event<'a> {
     Frame(&'a FrameEntry),
 }
 
-/// What a run did.
+/// Summary of a run.
 #[derive(Debug, Clone, Default)]
 pub struct Summary {
     /// Frames made.
     pub made: usize,
-    /// Those among them whose views were chosen, not given.
+    /// Made frames whose views were chosen, not given.
     pub chosen: usize,
     /// Frames kept from an earlier run.
     pub kept: usize,
-    /// How often each flaw made a proposed view be dropped.
+    /// Number of proposed views dropped for each flaw.
     pub flaws: BTreeMap<Flaw, usize>,
 }
 
@@ -68,8 +68,8 @@ impl Summary {
 
 /// Makes the frames of a plan, or of a shard of it, that `dir` does not hold yet, and its manifest.
 ///
-/// It may be killed at any moment and run again: complete frames are kept, others are made anew. Equal
-/// plans give equal bytes, whatever the shards, interruptions and number of threads; a GPU rounds some rays otherwise.
+/// It can be killed at any moment and run again: complete frames are kept, others are made again. Equal
+/// plans give equal bytes, whatever the shards, interruptions and number of threads. A GPU rounds some rays differently.
 ///
 /// # Errors
 /// When `dir` holds frames of another plan, a scene cannot be read or shows nothing worth keeping, a
@@ -84,7 +84,7 @@ pub fn generate(
 }
 
 /// Makes a dataset again in `dir` from its manifest: the same views with the same rays, so the same bytes,
-/// even where a later program would choose other views. Frames that `original` lacks are chosen anew. The files of
+/// even if a later program would choose other views. Frames that `original` lacks are chosen now. The files of
 /// the scenes are found in `scenes_dir`.
 ///
 /// # Errors

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 pub enum NormalCoding {
     /// As a colour, n/2 + 1/2.
     Encoded,
-    /// As it is.
+    /// As a vector.
     Plain,
 }
 

@@ -1,4 +1,4 @@
-//! The manifest of a dataset: which frames there are, and everything needed to make them again.
+//! The manifest of a dataset: its frames, and everything needed to make them again.
 
 use super::imported::ImportedFrom;
 use super::plan::{DatasetPlan, Shard};
@@ -24,17 +24,17 @@ pub struct FrameEntry {
     pub scene: String,
     /// Which frame of its scene it is.
     pub index: u32,
-    /// What it is for.
+    /// Its split.
     pub split: Split,
     /// Camera and radius.
     pub view: View,
     /// AO radius (world units), the view's.
     pub radius: f32,
-    /// Reference rays per pixel; 0 where an imported frame does not say.
+    /// Reference rays per pixel; 0 if an imported frame does not record them.
     pub spp: u32,
     /// Seed of the reference rays.
     pub seed: u64,
-    /// What an imported frame was read from; absent from those made here.
+    /// The source of an imported frame; absent for generated frames.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub source: Option<ImportedFrom>,
 }
@@ -46,10 +46,10 @@ pub struct Manifest {
     pub format: u32,
     /// Name and version of the program that made the frames.
     pub tool: String,
-    /// What the whole dataset is.
+    /// The plan of the whole dataset.
     #[serde(flatten)]
     pub plan: DatasetPlan,
-    /// Which part of the dataset these frames are; absent for the whole.
+    /// The part of the dataset that these frames are; absent for the whole dataset.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub shard: Option<Shard>,
     /// The frames that exist, in the order of the plan.
@@ -73,7 +73,7 @@ impl Manifest {
         }
     }
 
-    /// Reads a manifest; of a folder, its `manifest.json`.
+    /// Reads a manifest, or the `manifest.json` of a folder.
     ///
     /// # Errors
     /// When the file cannot be read or [`Manifest::from_bytes`] refuses it.
@@ -87,7 +87,7 @@ impl Manifest {
     ///
     /// # Errors
     /// When the bytes are no manifest of this [`FORMAT`], a value is out of range, a path leaves the
-    /// manifest's folder, a frame is listed twice, or a split mixes scenes of another.
+    /// manifest's folder, a frame is listed twice, or a split contains scenes of another.
     pub fn from_bytes(bytes: &[u8], path: &Path) -> Result<Self> {
         #[derive(Deserialize)]
         struct Versioned {
@@ -120,7 +120,7 @@ impl Manifest {
         &self.dir
     }
 
-    /// Where the file of `frame` is.
+    /// Path of the file of `frame`.
     pub fn path(&self, frame: &FrameEntry) -> PathBuf {
         self.dir.join(&frame.file)
     }
@@ -130,19 +130,19 @@ impl Manifest {
         self.frames.iter().filter(move |f| f.split == split)
     }
 
-    /// Number of planned frames that are not there yet.
+    /// Number of planned frames that do not exist yet.
     pub fn missing(&self) -> usize {
         self.plan.job_count(self.shard).saturating_sub(self.frames.len())
     }
 
-    /// Adds a frame at its place in the order of the plan.
+    /// Inserts a frame in the order of the plan.
     pub(super) fn insert(&mut self, frame: FrameEntry) {
         let place = (&*frame.scene, frame.index);
         let at = self.frames.partition_point(|f| (&*f.scene, f.index) < place);
         self.frames.insert(at, frame);
     }
 
-    /// Whether both belong to one dataset.
+    /// Checks that both belong to one dataset.
     ///
     /// # Errors
     /// Names the first value of the plan, or the program, that differs.
@@ -184,7 +184,7 @@ impl Manifest {
 }
 
 impl FrameEntry {
-    /// What is expected, and what is found instead.
+    /// The expected and the found value, as text.
     fn check(&self, scene: &SceneSpec) -> std::result::Result<(), (&'static str, String)> {
         let mut parts = Path::new(&self.file).components();
         let inside = !self.file.is_empty() && parts.all(|c| matches!(c, Component::Normal(_)));
@@ -206,7 +206,7 @@ impl FrameEntry {
     }
 }
 
-/// Where two JSON values first differ, and both values there.
+/// The first position at which two JSON values differ, and both values.
 fn first_difference(place: &str, a: &Value, b: &Value) -> Option<(String, String, String)> {
     match (a, b) {
         (Value::Object(x), Value::Object(y)) if x.keys().eq(y.keys()) => {

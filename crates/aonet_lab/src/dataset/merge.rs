@@ -1,4 +1,4 @@
-//! Shards of a dataset back into one.
+//! Merges the shards of a dataset.
 
 use super::manifest::Manifest;
 use super::plan::Shard;
@@ -9,8 +9,8 @@ use std::path::{Path, PathBuf};
 /// folders are copied there.
 ///
 /// # Errors
-/// When there are no shards, they do not belong together, one is missing, doubled or incomplete, a frame
-/// file is gone, or the first folder holds another dataset.
+/// When there are no shards, they do not belong together, one is missing, repeated or incomplete, a frame
+/// file is missing, or the first folder holds another dataset.
 pub fn merge(dirs: &[PathBuf]) -> Result<Manifest> {
     let mut shards = Vec::new();
     for dir in dirs {
@@ -70,7 +70,7 @@ fn shard_manifests(dir: &Path) -> Result<Vec<Manifest>> {
     paths.iter().map(|p| Manifest::load(p)).collect()
 }
 
-/// Copies a frame file unless it is in place already.
+/// Copies a frame file unless the target exists.
 fn bring(from: &Path, to: &Path) -> Result<()> {
     if from == to {
         return from.metadata().map(drop).map_err(Error::io(from));

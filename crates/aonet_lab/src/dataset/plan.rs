@@ -1,4 +1,4 @@
-//! What a dataset is before a ray is traced: its scenes, its numbers, and the list of its frames.
+//! The plan of a dataset: its scenes, its parameters, and the list of its frames.
 
 use super::imported::ImportRule;
 use super::split::Split;
@@ -10,13 +10,13 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 use std::path::Path;
 
-/// Which set of starting values a dataset was made from.
+/// The set of default values that a dataset was made from.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Preset {
     /// As many frames, scenes and pixels as the paper; one radius a scene. // AO-Net §4.1
     Paper,
-    /// All scenes, and a radius of its own for every frame.
+    /// All scenes, and a separate radius for every frame.
     AnyRadius,
     /// None: another program made the frames.
     Imported(ImportRule),
@@ -87,20 +87,20 @@ const SPLITS: [Split; 4] = [Split::Train, Split::ValSeen, Split::Val, Split::Tes
 /// Most frames of one dataset: names have six digits.
 const MAX_FRAMES: usize = 1_000_000;
 
-/// The numbers of a dataset.
+/// The parameters of a dataset; `recipe` in a manifest.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct DatasetParams {
-    /// The starting values, some of which the fields below may have replaced.
+    /// The default values; the fields below may differ from them.
     pub preset: Preset,
     /// Seed of everything random.
     pub seed: u64,
-    /// Image width (px); of imported frames, which may differ, that of the first.
+    /// Image width (px); for imported frames, which may differ, the width of the first.
     pub width: usize,
-    /// Image height (px); of imported frames that of the first.
+    /// Image height (px); for imported frames the height of the first.
     pub height: usize,
     /// Frames in each split.
     pub frames: Counts,
-    /// Reference rays per pixel of training frames; 0 where imported frames do not say.
+    /// Reference rays per pixel of training frames; 0 if imported frames do not record them.
     pub spp: u32,
     /// Reference rays per pixel of validation and test frames; 0 as above.
     pub eval_spp: u32,
@@ -109,7 +109,7 @@ pub struct DatasetParams {
 }
 
 impl DatasetParams {
-    /// The values of a preset. Imported frames have none: what they show is to be filled in.
+    /// The values of a preset. For imported frames the caller fills in the values.
     pub fn preset(preset: Preset) -> Self {
         let (width, height) = match preset {
             Preset::Paper => (1280, 720),
@@ -127,7 +127,7 @@ impl DatasetParams {
             Preset::Imported(_) => RadiusRule::Given(0.0),
         };
         let (spp, eval_spp) = match preset {
-            // The noise of 64 rays averages out in training; in an evaluation it caps SSIM (512 rays: 0.989).
+            // The noise of 64 rays averages out in training; in an evaluation it limits SSIM (512 rays: 0.989).
             Preset::Paper | Preset::AnyRadius => (64, 512),
             Preset::Imported(_) => (0, 0),
         };
@@ -139,7 +139,7 @@ impl DatasetParams {
         matches!(self.preset, Preset::Imported(_))
     }
 
-    /// What a view of a frame is.
+    /// Size and radius of the frames' views.
     pub fn framing(&self) -> Framing {
         Framing { width: self.width, height: self.height, radius: self.radius }
     }
@@ -178,7 +178,7 @@ impl DatasetParams {
     }
 }
 
-/// One of several equal parts of a dataset, made by one run among several.
+/// One of several equal parts of a dataset, made by separate runs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Shard {
     /// 1 to `count`.
@@ -205,18 +205,18 @@ impl Shard {
 pub struct Job {
     /// Index into [`DatasetPlan::scenes`].
     pub scene: usize,
-    /// Which frame of its scene.
+    /// Index of the frame in its scene.
     pub index: u32,
-    /// What it is for.
+    /// Its split.
     pub split: Split,
 }
 
-/// A whole dataset, before it is made.
+/// A whole dataset, before its frames are made.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct DatasetPlan {
-    /// Its numbers.
+    /// Its parameters.
     pub recipe: DatasetParams,
-    /// Its scenes, by name.
+    /// Its scenes, sorted by name.
     pub scenes: Vec<SceneSpec>,
 }
 
@@ -224,7 +224,7 @@ impl DatasetPlan {
     /// A plan for `scenes`, in any order.
     ///
     /// # Errors
-    /// When a number is out of range, two scenes have one name, or a split has frames and no scenes.
+    /// When a number is out of range, two scenes have the same name, or a split has frames and no scenes.
     pub fn new(recipe: DatasetParams, mut scenes: Vec<SceneSpec>) -> Result<Self> {
         scenes.sort_by(|a, b| a.name.cmp(&b.name));
         let plan = Self { recipe, scenes };
@@ -266,7 +266,7 @@ impl DatasetPlan {
                 (0..self.scenes.len()).filter(|&s| split.takes(self.scenes[s].split)).collect();
             let total = self.recipe.frames.of(split) as usize;
             for (k, &scene) in scenes.iter().enumerate() {
-                // Spreads what does not divide over the whole list.
+                // Spreads the remainder of the division over the whole list.
                 let share = total * (k + 1) / scenes.len() - total * k / scenes.len();
                 jobs.extend((0..share as u32).map(|i| Job { scene, index: next_index[scene] + i, split }));
                 next_index[scene] += share as u32;

@@ -1,4 +1,4 @@
-//! Contact sheets: many frames of a dataset in one picture, for the eye.
+//! Contact sheets: many frames of a dataset in one picture.
 
 use super::manifest::Manifest;
 use crate::frame::{Frame, FrameHints};

@@ -1,9 +1,9 @@
-//! What the frames of a dataset are for.
+//! The splits of a dataset.
 
 use aonet_scene::staging::SceneSplit;
 use serde::{Deserialize, Serialize};
 
-/// What a frame is for.
+/// The purpose of a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Split {
@@ -28,7 +28,7 @@ impl Split {
         }
     }
 
-    /// Whether frames of such scenes may be in it.
+    /// Whether frames of scenes of this split may be in it.
     pub fn takes(self, scenes: SceneSplit) -> bool {
         match self {
             Self::Train | Self::ValSeen => scenes == SceneSplit::Train,
@@ -37,7 +37,7 @@ impl Split {
         }
     }
 
-    /// The split of frames of such scenes, unless said otherwise.
+    /// The default split of frames of these scenes.
     pub fn of(scenes: SceneSplit) -> Self {
         match scenes {
             SceneSplit::Train => Self::Train,

@@ -1,4 +1,4 @@
-//! Methods against the reference on the frames of a dataset: one table.
+//! Scores methods against the reference on the frames of a dataset.
 
 pub mod phenomena;
 
@@ -20,16 +20,16 @@ use std::time::Instant;
 /// Training frames that [`mean_visibility`] reads. guess: enough for two digits.
 const MEAN_FRAMES: usize = 100;
 
-/// Something that turns a G-buffer into AO.
+/// A method that computes AO from a G-buffer.
 #[derive(Debug, Clone, Copy)]
 pub enum Method<'a> {
-    /// The same value everywhere (1 on the background): the row that gives the others their meaning.
+    /// One value everywhere (1 on the background): the baseline of a table.
     Constant(f32),
     /// A network on the CPU.
     Network {
         /// The network.
         model: &'a Model,
-        /// How it is run.
+        /// Threads, instructions and precision.
         options: Options,
     },
     /// A method without a network, on the CPU.
@@ -50,16 +50,16 @@ impl<'a> Method<'a> {
 
 /// A named method.
 pub struct Contestant<'a> {
-    /// What the table calls it.
+    /// Its name in the table.
     pub name: String,
-    /// What is run.
+    /// The method.
     pub method: Method<'a>,
 }
 
 /// Means over frames.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Row {
-    /// Frames.
+    /// Number of frames.
     pub frames: usize,
     /// SSIM, Gaussian window, full frame.
     pub ssim: f64,
@@ -71,22 +71,22 @@ pub struct Row {
     pub psnr_pooled: f64,
     /// SSIM over Gaussian windows centred on foreground; frames without any are left out, here and below.
     pub ssim_foreground: Option<f64>,
-    /// The same of the flat 8x8 window.
+    /// The same with the flat 8x8 window.
     pub ssim_8x8_foreground: Option<f64>,
     /// Mean of the frames' PSNR over foreground pixels (dB).
     pub psnr_foreground: Option<f64>,
     /// PSNR of the mean squared error over all foreground pixels (dB).
     pub psnr_pooled_foreground: Option<f64>,
-    /// Median time a frame (ms); nothing for a constant.
+    /// Median time per frame (ms); none for a constant.
     pub ms: Option<f64>,
 }
 
-/// Rows by method, over everything and by scene.
+/// Rows by method, over all frames and by scene.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Table {
     /// Method and means, in the order given.
     pub overall: Vec<(String, Row)>,
-    /// The same for each scene.
+    /// Rows for each scene.
     pub by_scene: BTreeMap<String, Vec<(String, Row)>>,
     /// Where each method errs, in the order given.
     pub breakdown: Vec<(String, Breakdown)>,
@@ -147,7 +147,7 @@ pub fn run(method: &Method<'_>, gbuffer: &GBuffer, params: AoParams) -> Result<(
     Runner::new(*method).run(gbuffer, params)
 }
 
-/// A method, and the session of its last frame: most datasets have frames of one size.
+/// A method, and the session of its last frame, because most datasets have frames of one size.
 struct Runner<'a> {
     method: Method<'a>,
     session: Option<((usize, usize), Session)>,
@@ -190,11 +190,11 @@ impl<'a> Runner<'a> {
     }
 }
 
-/// Mean visibility of the foreground of up to 100 training frames, spread over the dataset: a constant image for
-/// networks that do not say theirs.
+/// Mean visibility of the foreground of up to 100 training frames, spread over the dataset: the constant image for
+/// networks whose files do not record it.
 ///
 /// # Errors
-/// When a frame is broken, or no training frame shows anything.
+/// When a frame is broken, or no training frame has foreground.
 pub fn mean_visibility(manifest: &Manifest) -> Result<f32> {
     let train: Vec<&FrameEntry> = manifest.frames(Split::Train).collect();
     let count = train.len().min(MEAN_FRAMES);
@@ -212,7 +212,7 @@ pub fn mean_visibility(manifest: &Manifest) -> Result<f32> {
     Ok((sum / pixels as f64) as f32)
 }
 
-/// Whether `model` can be judged on the frames: one that does not see the radius serves only frames whose radii were
+/// Whether `model` can be scored on the frames: a network that does not see the radius needs frames whose radii were
 /// chosen as in its training.
 pub fn radius_fits(model: &Model, manifest: &Manifest) -> bool {
     let rule = format!("{:?}", manifest.plan.recipe.radius);
@@ -270,7 +270,7 @@ fn pooled(scores: &[Scores]) -> f64 {
     finite_psnr(metrics::psnr(scores.iter().map(|s| s.mse * s.pixels as f64).sum::<f64>() / pixels))
 }
 
-/// Identical images have infinite PSNR; one of them must not decide a mean. 100 dB is below what f32 can tell apart.
+/// Limit of a PSNR in a mean, because identical images have infinite PSNR. 100 dB is below the rounding of f32.
 fn finite_psnr(psnr: f64) -> f64 {
     psnr.min(100.0)
 }

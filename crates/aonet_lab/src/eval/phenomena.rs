@@ -3,25 +3,25 @@
 use aonet::{AoImage, AoParams, GBuffer};
 use serde::Serialize;
 
-/// A part of a frame in which methods fail in their own ways.
+/// A part of a frame with a typical error of methods.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Phenomenon {
     /// Foreground within 4 px of a depth edge: halos.
     DepthEdge,
-    /// Foreground within 16 px of something at most 8 px thin, and not on it: what lies behind is hidden.
+    /// Foreground within 16 px of something at most 8 px thin, and not on it: the surface behind is hidden.
     AroundThin,
-    /// Foreground within 5 % of the frame's width or height from its border: occluders are out of sight.
+    /// Foreground within 5 % of the frame's width or height from its border: occluders are outside the frame.
     Border,
     /// Foreground with a visibility of at least 0.97 away from depth edges: noise and false darkness.
     Open,
 }
 
 impl Phenomenon {
-    /// All of them.
+    /// All variants.
     pub const ALL: [Self; 4] = [Self::DepthEdge, Self::AroundThin, Self::Border, Self::Open];
 
-    /// What a table calls it.
+    /// Its name in tables.
     pub fn name(self) -> &'static str {
         match self {
             Self::DepthEdge => "depth edges",
@@ -45,10 +45,10 @@ pub enum RadiusClass {
 }
 
 impl RadiusClass {
-    /// All of them.
+    /// All variants.
     pub const ALL: [Self; 3] = [Self::Small, Self::Medium, Self::Large];
 
-    /// What a table calls it.
+    /// Its name in tables.
     pub fn name(self) -> &'static str {
         match self {
             Self::Small => "radius < 6 %",
@@ -57,7 +57,7 @@ impl RadiusClass {
         }
     }
 
-    /// The class of a frame; nothing where there is no foreground.
+    /// The class of a frame; none without foreground.
     pub fn of(gbuffer: &GBuffer, params: AoParams) -> Option<Self> {
         let mut depths: Vec<f32> = gbuffer.depth().iter().copied().filter(|d| d.is_finite()).collect();
         if depths.is_empty() {
@@ -74,13 +74,13 @@ impl RadiusClass {
     }
 }
 
-/// Reach of each phenomenon (px), and of what counts as thin. guess: what one sees as a halo at 640 to 1280 px.
+/// Reach of each phenomenon (px), and largest width of thin things. guess: the visible size of halos at 640 to 1280 px.
 const EDGE_REACH: usize = 4;
 const THIN: usize = 8;
 const THIN_REACH: usize = 16;
 /// Distance from the pixel's plane that makes an edge (share of the AO radius). guess
 const EDGE_STEP: f32 = 0.1;
-/// Share of a side that is border.
+/// Share of a side that counts as border.
 const BORDER: f32 = 0.05;
 /// Visibility from which on a pixel counts as open.
 const OPEN: f32 = 0.97;
@@ -116,7 +116,7 @@ struct Grid<'a> {
 }
 
 impl Grid<'_> {
-    /// Whether a pixel to the right or below lies off the pixel's plane, and the other way round.
+    /// Whether the pixel to the right or below is off this pixel's plane, or this pixel off the other's plane.
     fn is_edge(&self, x: usize, y: usize) -> bool {
         let right = x + 1 < self.gbuffer.width() && self.is_step((x, y), (x + 1, y));
         right || (y + 1 < self.gbuffer.height() && self.is_step((x, y), (x, y + 1)))
@@ -133,7 +133,7 @@ impl Grid<'_> {
         [a, b].into_iter().all(|at| away.dot(self.gbuffer.normal()[index(at)].into()).abs() > self.step)
     }
 
-    /// Whether what the pixel shows ends within [`THIN`] pixels, on both sides of it, before something farther.
+    /// Whether the pixel's surface ends within [`THIN`] pixels on both sides, in front of something farther.
     fn is_thin(&self, x: usize, y: usize) -> bool {
         let (width, height) = (self.gbuffer.width(), self.gbuffer.height());
         let depth = |x: usize, y: usize| self.gbuffer.depth()[y * width + x];
@@ -148,7 +148,7 @@ impl Grid<'_> {
     }
 }
 
-/// Every pixel within `reach` pixels of a set one, as squares go.
+/// Every pixel within a square of `reach` pixels around a set one.
 fn dilated(mask: &[bool], width: usize, reach: usize) -> Vec<bool> {
     let height = mask.len() / width;
     let spread = |of: &dyn Fn(usize) -> bool, at: usize, size: usize| {
@@ -162,7 +162,7 @@ fn dilated(mask: &[bool], width: usize, reach: usize) -> Vec<bool> {
 /// Error of a method over the pixels of one kind.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct Error {
-    /// Pixels.
+    /// Number of pixels.
     pub pixels: u64,
     /// Sum of the squared differences in visibility.
     pub squares: f64,
@@ -182,12 +182,12 @@ impl Error {
         }
     }
 
-    /// Root of the mean squared error; nothing without pixels.
+    /// Root of the mean squared error; none without pixels.
     pub fn rmse(&self) -> Option<f64> {
         (self.pixels > 0).then(|| (self.squares / self.pixels as f64).sqrt())
     }
 
-    /// Mean error; nothing without pixels.
+    /// Mean error; none without pixels.
     pub fn bias(&self) -> Option<f64> {
         (self.pixels > 0).then(|| self.sum / self.pixels as f64)
     }

@@ -1,7 +1,7 @@
-//! OpenEXR as named planes of `f32`: what frames and AO images share.
+//! OpenEXR files as named planes of `f32`, for frames and AO images.
 //!
-//! The `exr` crate parses headers and decompresses chunks. What a hostile file could use to make it
-//! allocate is checked between the two, and a panic of its decoders becomes an error.
+//! The `exr` crate parses headers and decompresses chunks. Between the two, values by which a hostile file could
+//! cause large allocations are checked. A panic of its decoders becomes an error.
 
 mod read;
 mod write;

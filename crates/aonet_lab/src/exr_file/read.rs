@@ -21,7 +21,7 @@ const MAX_EXPANSION: u128 = 1100;
 /// The flag of files with deep data, in byte 5.
 const DEEP: u8 = 0x08;
 
-/// Bytes of planes that any file may ask for: a small region of a large image is padded with background.
+/// Bytes of planes that any file may use, because a small region of a large image is padded with background.
 /// guess: enough for a frame of 1920x1080.
 const PADDING_BYTES: u128 = 64 << 20;
 
@@ -42,7 +42,7 @@ impl Channel {
     }
 }
 
-/// An EXR file whose headers are read and found sane, and whose pixels are not read yet.
+/// An EXR file whose headers are read and checked, and whose pixels are not read yet.
 pub(crate) struct ExrFile<'a> {
     reader: Reader<Cursor<&'a [u8]>>,
     channels: Vec<Channel>,
@@ -135,7 +135,7 @@ impl<'a> ExrFile<'a> {
             }
         }
         let plane_bytes = self.size.0 as u128 * self.size.1 as u128 * size_of::<f32>() as u128;
-        // Half floats take twice the room once they are read.
+        // Half floats take twice the memory after reading.
         if plane_bytes * wanted.len() as u128 > 2 * self.justified_bytes + PADDING_BYTES {
             let found = format!("{}x{}, of which little is stored", self.size.0, self.size.1);
             return Err(format_error("a display window that the file can fill", found));
@@ -202,7 +202,7 @@ impl Block {
         Ok(Self { index: block.index, samples: samples.collect() })
     }
 
-    /// Copies wanted channel `n` to where it lies in the display window, cropped to it.
+    /// Copies wanted channel `n` to its place in the display window, cropped to it.
     fn place(&self, n: usize, header: &Header, (plane, plane_width): (&mut [f32], usize)) {
         let Vec2(width, _) = self.index.pixel_size;
         let (x, y) = offset(header, self.index.pixel_position);
@@ -238,7 +238,7 @@ fn offset(header: &Header, Vec2(x, y): Vec2<usize>) -> (i64, i64) {
     (along(data.0, display.0, x), along(data.1, display.1, y))
 }
 
-/// Bytes that a header says its pixels, or one of its tiles, take at full resolution.
+/// Bytes that the pixels, or one of the tiles, take at full resolution according to the header.
 fn claimed_bytes(header: &Header) -> u128 {
     let area = |Vec2(width, height): Vec2<usize>| width as u128 * height as u128;
     let tile = match header.blocks {

@@ -7,7 +7,7 @@ use exr::meta::header::LayerAttributes;
 use exr::prelude::WritableImage;
 use std::io::Cursor;
 
-/// A plane to be written.
+/// A plane to write.
 pub(crate) struct Plane {
     pub(crate) name: &'static str,
     pub(crate) samples: FlatSamples,

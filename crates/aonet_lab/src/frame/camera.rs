@@ -1,4 +1,4 @@
-//! Which camera saw a frame: the caller's word, else the file's.
+//! The camera of a frame: from the caller's hints, else from the file.
 
 use super::{Frame, FrameHints};
 use crate::exr_file::ExrFile;
@@ -11,16 +11,16 @@ const VIEW: &str = "aonet:view";
 const CAMERA: &str = "aonet:camera";
 pub(super) const RADIUS: &str = "aonet:radius";
 
-/// What is known about who saw the frame.
+/// The camera of a frame, as far as it is known.
 pub(super) struct Seen {
     pub(super) camera: Camera,
-    /// Whether the camera's place in the world is known, and not only its projection.
+    /// Whether the camera's position in the world is known, not only its projection.
     pub(super) has_pose: bool,
     pub(super) view: Option<View>,
     pub(super) radius: Option<f32>,
 }
 
-/// A camera that no view is known of.
+/// A camera without a view.
 #[derive(Serialize, Deserialize)]
 struct StoredCamera {
     view_from_world: [f32; 12],
@@ -58,7 +58,7 @@ pub(super) fn attribute(frame: &Frame) -> Result<(&'static str, String)> {
 }
 
 /// # Errors
-/// When neither the hints nor the file say what the camera was, or the one they name cannot be.
+/// When neither the hints nor the file say what the camera was, or the camera is invalid.
 pub(super) fn resolve(file: &ExrFile, hints: &FrameHints) -> Result<Seen> {
     let stored_view = match file.text(VIEW) {
         Some(text) if hints.view.is_none() => Some(parse::<View>(VIEW, &text)?),
@@ -80,7 +80,7 @@ pub(super) fn resolve(file: &ExrFile, hints: &FrameHints) -> Result<Seen> {
     Ok(Seen { camera: view.camera()?, has_pose: true, view: Some(view), radius })
 }
 
-/// The camera of a file without a view, and whether its place is known.
+/// The camera of a file without a view, and whether its position is known.
 fn without_view(file: &ExrFile, hints: &FrameHints) -> Result<(Camera, bool)> {
     let size = Size::new(file.size().0, file.size().1)?;
     let stored = file.text(CAMERA).map(|text| parse::<StoredCamera>(CAMERA, &text)).transpose()?;

@@ -1,11 +1,11 @@
-//! Which channel of a file is what, by its name.
+//! Finds the channels of a file by their names.
 
 use super::NormalSpace;
 use crate::exr_file::{Channel, ExrFile};
 use aonet::{Error, Result};
 use half::f16;
 
-/// Depth at and beyond which a pixel shows nothing: Blender writes 1e10. In half floats it is the largest.
+/// Depth from which on a pixel is background: Blender writes 1e10. For half floats, the largest value.
 const FAR_AWAY: f32 = 1e9;
 
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -24,13 +24,13 @@ pub(super) struct Layout {
     pub(super) geo_normal: Option<[Channel; 3]>,
     pub(super) ao: Option<Channel>,
     pub(super) mask: Option<Channel>,
-    /// Space of the normals, as far as names tell.
+    /// Space of the normals, as far as names determine it.
     pub(super) space: NormalSpace,
 }
 
 impl Layout {
     /// # Errors
-    /// When depth or normals are missing; lists what is accepted and what is there.
+    /// When depth or normals are missing; lists accepted and found names.
     pub(super) fn find(channels: &[Channel]) -> Result<Self> {
         let roles: Vec<_> =
             channels.iter().filter_map(|c| role(&c.name).map(|(layer, role)| (layer, role, c))).collect();
@@ -65,7 +65,7 @@ impl Layout {
     /// Reads the pixels of these channels.
     ///
     /// # Errors
-    /// When they are damaged or stored in a way that is not read.
+    /// When they are damaged or stored in an unsupported way.
     pub(super) fn read(&self, file: ExrFile) -> Result<Pixels> {
         let vector = |channels: &[Channel; 3]| channels.clone().map(|c| (c, 0.0));
         let mut wanted = vec![(self.depth.clone(), f32::INFINITY)];
@@ -93,12 +93,12 @@ pub(super) struct Pixels {
     pub(super) geo_normal: Option<Vec<[f32; 3]>>,
     pub(super) ao: Option<Vec<f32>>,
     mask: Option<Vec<f32>>,
-    /// Depth at and beyond which a pixel shows nothing.
+    /// Depth from which on a pixel is background.
     far_away: f32,
 }
 
 impl Pixels {
-    /// Makes the depth infinite at pixels that show nothing.
+    /// Makes the depth infinite on the background.
     pub(super) fn find_background(&mut self) {
         for (i, depth) in self.depth.iter_mut().enumerate() {
             let hidden = match &self.mask {
@@ -132,20 +132,20 @@ pub(crate) fn normal(channels: &[Channel]) -> Option<[Channel; 3]> {
     }
 }
 
-/// The channel that holds depth in an image of nothing else, or three that should be alike: see [`grey`].
+/// The channel that holds depth in an image of nothing else, or three equal ones: see [`grey`].
 pub(crate) fn depth(channels: &[Channel]) -> Option<Vec<Channel>> {
     grey(channels, Role::Depth)
 }
 
-/// The channel that holds AO in an image of nothing else, or three that should be alike: see [`grey`].
+/// The channel that holds AO in an image of nothing else, or three equal ones: see [`grey`].
 pub(crate) fn ao_alone(channels: &[Channel]) -> Option<Vec<Channel>> {
     grey(channels, Role::Ao)
 }
 
-/// Of an image of a single quantity: the channel with its name, the only one unless its name is another's, or `R`, `G`,
-/// `B`. Alpha does not count.
+/// The channel of an image of one quantity: the one with its name, the only one unless it has another quantity's name, or
+/// `R`, `G`, `B`. Alpha does not count.
 fn grey(channels: &[Channel], wanted: Role) -> Option<Vec<Channel>> {
-    // The Z of a vector is no depth.
+    // The Z of a vector is not a depth.
     if only(channels, ["X", "Y", "Z"]).is_some() {
         return None;
     }
@@ -173,12 +173,12 @@ fn only(channels: &[Channel], names: [&str; 3]) -> Option<[Channel; 3]> {
     }
 }
 
-/// Depth at and beyond which a pixel of `channel` shows nothing.
+/// Depth from which on a pixel of `channel` is background.
 pub(crate) fn far_away(channel: &Channel) -> f32 {
     if channel.is_half() { f16::MAX.to_f32() } else { FAR_AWAY }
 }
 
-/// The layer in front of the name, and what the rest of it means.
+/// The layer in front of the name, and the meaning of the rest.
 fn role(name: &str) -> Option<(String, Role)> {
     let name = name.to_ascii_lowercase();
     let (group, component) = name.rsplit_once('.').unwrap_or(("", &name));

@@ -1,4 +1,4 @@
-//! Frame files: one OpenEXR image a frame.
+//! Frame files: one OpenEXR image per frame.
 //!
 //! | channel | meaning |
 //! |---|---|
@@ -26,7 +26,7 @@ use std::path::Path;
 
 pub use normals::NormalSpace;
 
-/// A G-buffer with what else its file holds.
+/// A G-buffer with the other contents of its file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Frame {
     /// Depth and shading normals, view space.
@@ -37,25 +37,25 @@ pub struct Frame {
     pub ao: Option<AoImage>,
     /// AO radius (world units) that belongs to the frame.
     pub radius: Option<f32>,
-    /// The view that made the frame, where known.
+    /// The view of the frame, if known.
     pub view: Option<View>,
 }
 
-/// What the caller says about a frame whose file does not say it (or says it wrong).
+/// Values that a frame's file lacks or has wrong.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct FrameHints {
-    /// A whole view: camera and radius. Needed where normals are in world space.
+    /// A view: camera and radius. Required if normals are in world space.
     pub view: Option<View>,
     /// Vertical field of view (degrees).
     pub fov_y_deg: Option<f32>,
     /// AO radius (world units).
     pub radius: Option<f32>,
-    /// Space of the normals; by default told from the channel names.
+    /// Space of the normals; by default derived from the channel names.
     pub normals: Option<NormalSpace>,
 }
 
 impl Frame {
-    /// Reads a frame. `hints` win over what the file says.
+    /// Reads a frame. `hints` take precedence over the file.
     ///
     /// Accepted channel names, in any case, each also behind a layer name and a dot:
     ///
@@ -66,16 +66,16 @@ impl Frame {
     /// | AO, optional | `ao`; `ao` or `ambient occlusion` with `.R`, `.V`, `.Y` or `.ao` |
     /// | mask, optional | `mask` |
     ///
-    /// Of several layers the first (in the file's order) that has a normal is taken. Normals behind a
-    /// layer name are Blender's: in its world space, so that [`FrameHints::view`] must be given.
+    /// Of several layers the first with a normal (in the file's order) is read. Normals behind a
+    /// layer name are in Blender's world space, so [`FrameHints::view`] is required.
     ///
     /// Background is where `mask` is below one half, or the depth is infinite or at least 1e9 or, in half
-    /// floats, 65504; and without a mask also where the normal is zero. Outside the data window all is
-    /// background; what lies outside the display window is dropped.
+    /// floats, 65504; and without a mask also where the normal is zero. Pixels outside the data window are
+    /// background; pixels outside the display window are dropped.
     ///
     /// # Errors
     /// Names the file, what was expected and what was found: a channel or the camera is missing, a depth
-    /// or a normal cannot be, the view is of another size, or the bytes are no such image.
+    /// or a normal is invalid, the view has another size, or the bytes are no such image.
     pub fn load(path: &Path, hints: &FrameHints) -> Result<Self> {
         let bytes = std::fs::read(path).map_err(Error::io(path))?;
         Self::from_bytes(&bytes, hints).map_err(Error::in_file(path))
@@ -115,7 +115,7 @@ impl Frame {
     /// Writes a frame under a temporary name, then renames it.
     ///
     /// # Errors
-    /// When the file cannot be written; nothing is left behind then.
+    /// When the file cannot be written; no partial file remains.
     pub fn save(&self, path: &Path) -> Result<()> {
         atomic_file::write(path, &self.to_bytes().map_err(Error::in_file(path))?)
     }

@@ -1,4 +1,4 @@
-//! Normals of other programs, brought to view space.
+//! Converts normals of other programs to view space.
 
 use aonet::{Camera, Error, Result};
 use glam::Vec3A;

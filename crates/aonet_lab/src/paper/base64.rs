@@ -1,4 +1,4 @@
-//! Base64, RFC 4648 §4: pictures inside a page.
+//! Base64 (RFC 4648 §4), for pictures inside a page.
 
 const DIGITS: &[u8; 64] = b"ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
 

@@ -12,7 +12,7 @@ use aonet_scene::error::{Error, Result};
 use serde_json::{Value, json};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The network that the paper's Fig. 2 is about.
+/// The network of the paper's Fig. 2.
 const NORMALIZED: &str = "normal_depth_normalized";
 
 /// Fig. 2 for the first seed of every network.

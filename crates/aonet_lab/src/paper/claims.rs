@@ -1,23 +1,23 @@
-//! What the paper claims, held against what was measured.
+//! Compares the paper's claims with measurements.
 
 use super::measure::{Measurements, Size};
 use super::rows::{AGTAO, AO_NET, GTAO, GTAO_TUNED, HD, SIZES};
 use serde::Serialize;
 
-/// Whether a claim holds here too.
+/// Whether a claim is reproduced.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
-    /// It does.
+    /// It holds.
     Reproduced,
-    /// It does not.
+    /// It does not hold.
     NotReproduced,
-    /// A number that it needs is missing.
+    /// A required number is missing.
     NotMeasured,
 }
 
 impl Verdict {
-    /// In words.
+    /// As text.
     pub fn name(self) -> &'static str {
         match self {
             Self::Reproduced => "reproduced",
@@ -30,9 +30,9 @@ impl Verdict {
 /// One claim of the paper.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Claim {
-    /// What the paper says, with its numbers.
+    /// The claim with the paper's numbers.
     pub paper: String,
-    /// The same numbers here; empty where there are none.
+    /// Our numbers; empty if there are none.
     pub ours: String,
     /// Whether it holds.
     pub verdict: Verdict,
@@ -229,7 +229,7 @@ mod tests {
             (AGTAO, 0.98, 34.0, 1.0),
             ("ours", 0.97, 33.0, 4.0),
         ]);
-        // The size of the network is not turned round.
+        // The claim about the network's size is not reversed.
         let all = [table_1(&reversed)[..7].to_vec(), table_3(&reversed), table_4(&reversed)].concat();
         assert!(all.iter().all(|c| c.verdict == NotReproduced), "{all:#?}");
     }

@@ -1,12 +1,12 @@
-//! Enlarged parts of a view: where to look, chosen by rule.
+//! Enlarged parts of a view, chosen by a rule.
 
 use aonet::{AoImage, GBuffer, metrics};
 use image::{Rgb, RgbImage, imageops};
 
-/// Side of a window, as a fraction of the frame's. guess: enlarged it fills a panel with pixels that can be told apart.
+/// Side of a window, as a fraction of the frame's. guess: enlarged, its pixels are distinguishable in a panel.
 const FRACTION: usize = 6;
 
-/// Share of a window that must show geometry: silhouettes against the sky vary most of all and say nothing of AO.
+/// Share of a window that must show geometry. Silhouettes against the sky have the largest variance and no AO.
 const FOREGROUND: f64 = 0.95;
 
 /// Steps in which windows are tried, as a fraction of their side.
@@ -25,7 +25,7 @@ pub(super) struct Window {
 }
 
 impl Window {
-    /// Indices of its pixels in a frame of `row` pixels a row.
+    /// Indices of its pixels in a frame with rows of `row` pixels.
     fn pixels(self, row: usize) -> impl Iterator<Item = usize> {
         (self.top..self.top + self.height)
             .flat_map(move |y| (self.left..self.left + self.width).map(move |x| y * row + x))
@@ -33,7 +33,7 @@ impl Window {
 }
 
 /// The window, a sixth of the frame across and down, where the reference has the largest variance over the foreground;
-/// the first of equals, row by row. Windows that are nearly all foreground go first.
+/// the first of equals, row by row. Windows that are nearly all foreground take precedence.
 pub(super) fn busiest(reference: &AoImage, gbuffer: &GBuffer) -> Window {
     let (frame_width, frame_height) = (reference.width(), reference.height());
     let (width, height) = ((frame_width / FRACTION).max(1), (frame_height / FRACTION).max(1));

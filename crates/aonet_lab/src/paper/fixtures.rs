@@ -49,7 +49,7 @@ pub(crate) fn two_pixels_and_sky() -> GBuffer {
     GBuffer::new(camera, vec![1.0, 1.0, f32::INFINITY], vec![[0.0, 0.0, 1.0]; 3]).unwrap()
 }
 
-/// Means of which only two matter.
+/// Means of which the tests use only two.
 pub(crate) fn scores(ssim: f64, psnr: f64) -> Row {
     Row {
         frames: 1,

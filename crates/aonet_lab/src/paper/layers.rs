@@ -1,4 +1,4 @@
-//! Where a network's time goes, level by level: AO-Net §3.2 and Fig. 3.
+//! A network's time by level: AO-Net §3.2 and Fig. 3.
 
 use crate::timing;
 use aonet::net::cpu::Options;
@@ -11,11 +11,11 @@ use std::collections::BTreeMap;
 /// A part of a U-Net, in order of execution. Levels are named by the pixels a side of their cells.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Level {
-    /// Making the input.
+    /// Computing the features.
     Features,
-    /// Convolutions on the way down.
+    /// Convolutions of the encoder.
     Encoder(usize),
-    /// Convolutions on the way up.
+    /// Convolutions of the decoder.
     Decoder(Reverse<usize>),
     /// The last convolution, kernels, patch merging and clamping.
     Head,
@@ -33,7 +33,7 @@ impl Level {
     }
 }
 
-/// What a level costs.
+/// Cost of a level.
 #[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize)]
 pub(super) struct Cost {
     /// Median run-time (ms).

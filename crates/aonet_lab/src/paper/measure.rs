@@ -1,4 +1,4 @@
-//! What the tables are made of: scores, run-times and sizes of the rows that were asked for.
+//! Measurements for the tables: scores, run-times and sizes of the requested rows.
 
 use super::Subject;
 use super::rows::{self, AO_NET, Trained};
@@ -17,37 +17,37 @@ use std::collections::{BTreeMap, BTreeSet};
 /// Image size (width, height) (px).
 pub type Size = (usize, usize);
 
-/// What is to be measured.
+/// What to measure.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Needs {
     /// Rows to score on the test frames.
     pub scores: BTreeSet<String>,
     /// Rows to time, and at which sizes.
     pub times: BTreeSet<(String, Size)>,
-    /// Whether the constant image is to be scored.
+    /// Whether to score the constant image.
     pub constant: bool,
 }
 
-/// What is known of a row that has a network or a classic method.
+/// Measurements of a row with a network or a classic method.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct Measured {
-    /// Means over the test frames, one a seed; empty if they were not asked for.
+    /// Means over the test frames, one per seed; empty if not requested.
     pub scores: Vec<Row>,
-    /// Median run-time (ms) by `WIDTHxHEIGHT`, of the first seed: all seeds take the same.
+    /// Median run-time (ms) by `WIDTHxHEIGHT`, of the first seed, because all seeds take equally long.
     pub ms: BTreeMap<String, f64>,
-    /// Shortest run-time (ms) by `WIDTHxHEIGHT`: what a busy machine disturbs least.
+    /// Shortest run-time (ms) by `WIDTHxHEIGHT`: the time that a busy machine disturbs least.
     pub min_ms: BTreeMap<String, f64>,
     /// Scalar parameters of a network.
     pub parameters: Option<usize>,
     /// Multiply-accumulates a pixel of a network.
     pub macs_per_pixel: Option<f64>,
-    /// Size of the model as a file of half floats (bytes), where the weights fit them.
+    /// Size of the model as a file of half floats (bytes), if the weights fit them.
     pub f16_bytes: Option<usize>,
-    /// Optimiser steps that the model tells of.
+    /// Optimiser steps that the model records.
     pub steps: u64,
-    /// Training crops that the model tells of.
+    /// Training crops that the model records.
     pub crops: Option<u64>,
-    /// Whether its training had the test frames' choice of radius, or does not need it.
+    /// Whether it was trained with the test frames' choice of radius, or works with any.
     pub radius_fits: bool,
 }
 
@@ -61,7 +61,7 @@ pub struct OverSeeds {
 }
 
 impl Measured {
-    /// A score's mean over the seeds; nothing if a seed has none.
+    /// A score's mean over the seeds; none if a seed lacks the score.
     pub fn score(&self, of: impl Fn(&Row) -> Option<f64>) -> Option<OverSeeds> {
         let values: Vec<f64> = self.scores.iter().map(of).collect::<Option<_>>()?;
         let (low, high) =
@@ -87,7 +87,7 @@ impl Measured {
     }
 }
 
-/// All that was measured.
+/// All measurements.
 #[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct Measurements {
     /// By row; rows that are not trained are absent.
@@ -108,8 +108,8 @@ pub fn size_name((width, height): Size) -> String {
     format!("{width}x{height}")
 }
 
-/// Measures what is needed of the rows that have networks. Scores need a dataset; without one there are none.
-/// `progress` is told what is being done, how much of it is done, and of how much.
+/// Measures the requested rows that have networks. Scores need a dataset; without one there are none.
+/// `progress` is called with the current work, the part done and the total.
 ///
 /// # Errors
 /// When a frame is broken, the dataset has no test frames, or a network cannot be run.
@@ -159,13 +159,13 @@ fn facts(trained: &Trained, subject: &Subject<'_>) -> Measured {
     }
 }
 
-/// What is scored for a row.
+/// The method that is scored for a row.
 enum Job<'a> {
     Network(&'a Model),
     Classic(Classic),
 }
 
-/// Networks one after the other, so that only one has its memory at a time.
+/// Runs networks one after the other, so that only one has its memory at a time.
 fn score(
     (needs, subject): (&Needs, &Subject<'_>),
     pool: &ThreadPool,
@@ -209,7 +209,7 @@ fn score(
 }
 
 /// The mean visibility that the paper's network was trained on; else another network's, else that of the dataset's
-/// training frames, else nothing.
+/// training frames, else none.
 fn constant(subject: &Subject<'_>) -> Result<Option<f32>> {
     let keys = [AO_NET, "ours"].into_iter().chain(rows::TABLE_4.iter().map(|r| r.key));
     let told =

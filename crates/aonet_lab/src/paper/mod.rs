@@ -1,7 +1,7 @@
 //! Every table and figure of the paper, from trained networks and test frames.
 //!
-//! [`measure`](measure::measure) takes the numbers; tables, claims and bars are made of them and of nothing else.
-//! Pictures run the networks again on a few views. A row without a network says `not trained`.
+//! [`measure`](measure::measure) takes the numbers; tables, claims and bars are made from these numbers only.
+//! Pictures run the networks again on a few views. A row without a network is printed as `not trained`.
 
 mod base64;
 mod charts;
@@ -41,7 +41,7 @@ pub enum Item {
     Table3,
     /// Patches and kernels.
     Table4,
-    /// What the paper does not vary.
+    /// Variants that the paper does not test.
     Ablations,
     /// Sensitivity to each input channel.
     Fig2,
@@ -90,7 +90,7 @@ impl Item {
         }
     }
 
-    /// What stands above it.
+    /// Its title.
     pub fn title(self) -> &'static str {
         match self {
             Self::Table1 => "Table 1: quality and time of learned methods",
@@ -113,7 +113,7 @@ impl Item {
     }
 }
 
-/// What everything is made from.
+/// The inputs of all items.
 #[derive(Debug, Clone, Copy)]
 pub struct Subject<'a> {
     /// The dataset whose test frames are used.
@@ -122,9 +122,9 @@ pub struct Subject<'a> {
     pub models: &'a Models,
     /// Threads of the networks, > 0.
     pub threads: usize,
-    /// Runs that a run-time is the median of, > 0.
+    /// Runs of which a run-time is the median, > 0.
     pub runs: usize,
-    /// The command that asks, to be printed.
+    /// The command, to be printed.
     pub command: &'a str,
 }
 
@@ -133,9 +133,9 @@ pub struct Subject<'a> {
 pub enum Content {
     /// Cells as text; `**` around a cell makes it bold.
     Table {
-        /// One name a column.
+        /// Names of the columns.
         header: Vec<String>,
-        /// As many cells a row.
+        /// Rows with as many cells.
         rows: Vec<Vec<String>>,
     },
     /// The text of an SVG.
@@ -144,7 +144,7 @@ pub enum Content {
     Pictures {
         /// Row by row.
         panels: Vec<(RgbImage, Caption)>,
-        /// Panels a row.
+        /// Panels per row.
         columns: usize,
     },
 }
@@ -152,19 +152,19 @@ pub enum Content {
 /// A finished table or figure.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Section {
-    /// Which.
+    /// The item.
     pub item: Item,
     /// Its body.
     pub content: Content,
     /// The paper's claims about it.
     pub claims: Vec<Claim>,
-    /// How it came to be, line by line.
+    /// Notes on how it was made, line by line.
     pub notes: Vec<String>,
-    /// The same for programs.
+    /// Its data as JSON.
     pub json: Value,
 }
 
-/// Makes `items`. `progress` is told what is being done, how much of it is done, and of how much.
+/// Makes `items`. `progress` is called with the current work, the part done and the total.
 ///
 /// # Errors
 /// When an item needs test frames and there are none, a frame is broken, or a network cannot be run.
@@ -208,7 +208,7 @@ fn section(
     Ok(section)
 }
 
-/// What the numbers depend on besides the networks.
+/// Conditions of the measurements.
 fn conditions(item: Item, subject: &Subject<'_>) -> Vec<String> {
     let mut lines = Vec::new();
     if let Some(manifest) = subject.manifest.filter(|_| item.needs_frames()) {

@@ -16,7 +16,7 @@ use serde_json::{Map, Value, json};
 /// The learned methods of Table 1.
 const METHODS: [&str; 4] = ["deep_ao", "deep_shading", AO_NET, "ours"];
 
-/// Stands where a network is missing.
+/// Grey of a missing network's panel.
 const MISSING: [u8; 3] = [90; 3];
 
 /// A test frame.
@@ -27,7 +27,7 @@ struct TestFrame {
     reference: AoImage,
 }
 
-/// What a network makes of a view.
+/// A network's image of a frame.
 struct Shot {
     ao: AoImage,
     scores: Scores,
@@ -61,7 +61,7 @@ pub(super) fn figure(
         let window = crops::busiest(&view.reference, &view.gbuffer);
         panels.extend(match item {
             Item::Fig5 => timed(&view, &methods, measurements)?,
-            Item::Fig7 => whole(&view, &methods, subject)?,
+            Item::Fig7 => all_methods(&view, &methods, subject)?,
             _ => zoomed(&view, &methods, window),
         });
         views.push(as_json(&view, &methods, window));
@@ -85,7 +85,7 @@ fn shoot(subject: &Subject<'_>, key: &str, view: &TestFrame) -> Result<Option<Sh
     Ok(Some(Shot { ao, scores }))
 }
 
-/// The method's picture by `draw`, or a grey one that says that there is none.
+/// The method's picture by `draw`, or a grey one labelled `not trained`.
 fn panel(view: &TestFrame, (key, shot): (&str, &Option<Shot>), draw: impl FnOnce(&Shot) -> Panel) -> Panel {
     match shot {
         Some(shot) => draw(shot),
@@ -120,7 +120,11 @@ fn timed(view: &TestFrame, methods: &[(&str, &Option<Shot>)], m: &Measurements) 
 }
 
 /// Fig. 7: normals, reference and methods; below them depth, the colours of errors, and errors.
-fn whole(view: &TestFrame, methods: &[(&str, &Option<Shot>)], subject: &Subject<'_>) -> Result<Vec<Panel>> {
+fn all_methods(
+    view: &TestFrame,
+    methods: &[(&str, &Option<Shot>)],
+    subject: &Subject<'_>,
+) -> Result<Vec<Panel>> {
     let mut above = vec![
         (picture::normals(&view.gbuffer), Caption::new("normals")),
         (picture::ao(&view.reference), Caption::new("reference")),

@@ -1,4 +1,4 @@
-//! All sections as one page that needs nothing but itself.
+//! All sections as one self-contained page.
 
 use super::claims::{Claim, Verdict};
 use super::{Content, Section, base64};
@@ -12,7 +12,7 @@ use std::io::Cursor;
 
 const STYLE: &str = include_str!("report.css");
 
-/// Widest picture in the page (px): what a column of a desktop's window shows, at twice the density on a phone.
+/// Widest picture in the page (px): the width of a column in a desktop's window.
 const PANEL_WIDTH: u32 = 480;
 
 /// Narrowest column of pictures (px); a narrower window scrolls sideways.
@@ -21,7 +21,7 @@ const COLUMN_WIDTH: u32 = 150;
 /// Pictures narrower than this are enlarged without smoothing (px).
 const CROP_WIDTH: u32 = 240;
 
-/// One HTML page: tables, charts and pictures inside it, no scripts, nothing from a network.
+/// One HTML page: tables, charts and pictures inside it, no scripts, no external resources.
 ///
 /// # Errors
 /// When a picture cannot be encoded.
@@ -42,7 +42,7 @@ pub fn report(sections: &[Section]) -> Result<String> {
     Ok(page)
 }
 
-/// How many claims hold.
+/// The number of claims that hold.
 fn tally(page: &mut String, sections: &[Section]) {
     let all: Vec<&Claim> = sections.iter().flat_map(|s| &s.claims).collect();
     let verdicts = [Verdict::Reproduced, Verdict::NotReproduced, Verdict::NotMeasured];
@@ -121,7 +121,7 @@ fn pictures(page: &mut String, panels: &[(RgbImage, Caption)], columns: usize) -
     Ok(())
 }
 
-/// The picture as PNG: not wider than needed, and grey where it is.
+/// The picture as PNG: not wider than needed, and with one channel if it is grey.
 fn png(picture: &RgbImage) -> Result<Vec<u8>> {
     let mut image = DynamicImage::ImageRgb8(picture.clone());
     if picture.width() > PANEL_WIDTH {

@@ -1,4 +1,4 @@
-//! The rows of the paper's tables: their model files, what we call them, and what the paper says of them.
+//! The rows of the paper's tables: their model files, their names here, and the paper's numbers.
 
 use aonet::net::{KernelWeights, Model, ModelConfig};
 use aonet::search::Classic;
@@ -6,7 +6,7 @@ use aonet_scene::{Error, Result};
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// What the paper says of a row; what it does not say is absent.
+/// The paper's numbers of a row; missing ones are absent.
 #[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize)]
 pub struct PaperNumbers {
     /// SSIM on its own dataset.
@@ -22,7 +22,7 @@ pub struct PaperNumbers {
 pub struct Row {
     /// Name of the model file, without seed and extension.
     pub key: &'static str,
-    /// What the table calls it.
+    /// Its name in the table.
     pub label: &'static str,
     /// The paper's numbers.
     pub paper: PaperNumbers,
@@ -44,7 +44,7 @@ pub const AO_NET: &str = "ao_net";
 pub const GTAO: &str = "gtao";
 /// The same with parameters tuned on training frames.
 pub const GTAO_TUNED: &str = "gtao:tuned";
-/// What ours corrects.
+/// The search that our network corrects.
 pub const AGTAO: &str = "agtao:tuned";
 
 // AO-Net Table 1, columns "our dataset" and run-time.
@@ -103,7 +103,7 @@ pub const TABLE_4: [Row; 4] = [
     row(AO_NET, "Base+Patch+Kernel", [0.9802, 32.59, 3.92]),
 ];
 
-/// What the paper does not vary.
+/// Variants that the paper does not test.
 pub const ABLATIONS: [Row; 9] = [
     ours(AO_NET, "AO-Net, as in Table 1"),
     ours("normal_encoded", "normals as n/2 + 1/2"),
@@ -116,7 +116,7 @@ pub const ABLATIONS: [Row; 9] = [
     ours("vgg_relu2_2", "crops of 128, loss: DSSIM, VGG-19 relu2_2"),
 ];
 
-/// What a figure calls a row: the shortest name that tells it apart.
+/// The name of a row in figures: the shortest unambiguous one.
 pub fn short_label(key: &str) -> String {
     let all = [&TABLE_1[..], &TABLE_3, &TABLE_4, &ABLATIONS].concat();
     let label = all.iter().find(|r| r.key == key).map_or(key, |r| r.label);
@@ -180,7 +180,7 @@ impl Models {
         Ok(Self { rows })
     }
 
-    /// The networks of a row, one a seed; none when it is not trained.
+    /// The networks of a row, one per seed; none if it is not trained.
     pub fn seeds(&self, key: &str) -> &[Trained] {
         self.rows.get(key).map_or(&[], Vec::as_slice)
     }
@@ -195,14 +195,14 @@ impl Models {
         self.rows.keys().map(String::as_str)
     }
 
-    /// The rows that no table names, in alphabetical order.
+    /// The rows that are in no table, in alphabetical order.
     pub fn others(&self) -> Vec<String> {
         let known = [&TABLE_1[..], &TABLE_3, &TABLE_4, &ABLATIONS].concat();
         self.keys().filter(|k| known.iter().all(|r| r.key != *k)).map(str::to_owned).collect()
     }
 }
 
-/// `row` and no seed of `row.safetensors`, `row` and 3 of `row-3.safetensors`, the same of runs; nothing of other files.
+/// `row` and no seed of `row.safetensors`, `row` and 3 of `row-3.safetensors`, the same for runs; none for other files.
 fn row_and_seed(path: &Path, is_run: bool) -> Option<(String, Option<u64>)> {
     let name = path.file_name()?.to_str()?;
     let stem = if is_run { name } else { name.strip_suffix(".safetensors")? };

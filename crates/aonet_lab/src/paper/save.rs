@@ -1,4 +1,4 @@
-//! Sections as files: Markdown, SVG, PNG and JSON.
+//! Writes sections as files: Markdown, SVG, PNG and JSON.
 
 use super::{Content, Section};
 use crate::picture;

@@ -8,7 +8,7 @@ use crate::eval;
 use crate::table::number;
 use serde_json::{Value, json};
 
-/// A row of any table, owned: the ablations have rows that only a folder knows.
+/// A row of any table, owned, because the ablations have rows from a folder.
 struct Line {
     key: String,
     label: String,
@@ -31,7 +31,7 @@ fn lines(item: Item, subject: &Subject<'_>) -> Vec<Line> {
     known.iter().map(line).chain(others.into_iter().map(other)).collect()
 }
 
-/// Adds what `item` is made of.
+/// Adds the measurements that `item` needs.
 pub(super) fn add_needs(item: Item, subject: &Subject<'_>, needs: &mut Needs) {
     let sizes: &[Size] = if item == Item::Table2 { &SIZES } else { &[HD] };
     let scored = matches!(item, Item::Table1 | Item::Table3 | Item::Table4 | Item::Ablations);
@@ -134,7 +134,7 @@ fn timed(lines: &[Line], m: &Measurements) -> (Vec<String>, Vec<Vec<String>>) {
             None => absent(SIZES.len()),
         };
         let paper = [0, 1, 2].map(|i| number(paper.map(|p| p[i]), 2));
-        // Radii have no part in run-times: no mark.
+        // Run-times do not depend on radii: no mark.
         [vec![line.label.clone()], times, paper.to_vec(), size_cells(measured)].concat()
     };
     (header, lines.iter().zip(&rows::TABLE_2_MS).map(row).collect())

@@ -40,7 +40,7 @@ fn tables_have_trained_and_missing_rows() {
     assert_eq!(row(table1, "DeepAO")[1..6], ["not trained", "-", "-", "-", "-"]);
     assert_eq!(row(table1, "DeepAO")[6..9], ["0.9470", "24.40", "3.98"]);
     let gtao = row(table1, "GTAO, XeGTAO's High");
-    // The best of a column is bold, and which takes least time is anybody's.
+    // The best of a column is bold; the fastest row varies.
     let number = |cell: &str| cell.trim_matches('*').parse::<f64>();
     assert!(number(&gtao[1]).is_ok() && number(&gtao[5]).is_ok_and(|ms| ms > 0.0), "{gtao:?}");
     assert_eq!(gtao[9..], ["-", "-", "-", "-", "-"]);

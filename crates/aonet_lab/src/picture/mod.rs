@@ -1,4 +1,4 @@
-//! Pictures of frames for the eye: 8-bit, row 0 at the top.
+//! Pictures of frames: 8-bit, row 0 at the top.
 
 mod text;
 
@@ -36,13 +36,13 @@ const VIRIDIS: [[u8; 3]; 9] = [
     [253, 231, 37],
 ];
 
-/// Colours of errors: too dark, right, too bright.
+/// Colours of errors: too dark, correct, too bright.
 const DIVERGING: [[u8; 3]; 5] = [[5, 48, 97], [67, 147, 195], [247, 247, 247], [214, 96, 77], [103, 0, 31]];
 
-/// What stands below a panel of a [`sheet`].
+/// The caption of a panel of a [`sheet`].
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Caption {
-    /// One short line; what does not fit is cut off.
+    /// One short line; the end of a longer one is cut off.
     pub text: String,
     /// Whether the colours of [`error`] are explained at the right.
     pub error_legend: bool,
@@ -156,7 +156,7 @@ pub fn sheet_of_width(panels: &[(RgbImage, Caption)], columns: usize, width: u32
     Ok(sheet)
 }
 
-/// The picture at `width`, or less where it would be too high.
+/// The picture scaled to `width`, or to a smaller width if it would be too high.
 fn fitted(picture: &RgbImage, width: u32) -> RgbImage {
     let (w, h) = (picture.width() as f32, picture.height() as f32);
     let scale = (width as f32 / w).min(PANEL_HEIGHT as f32 / h);

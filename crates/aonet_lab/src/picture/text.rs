@@ -52,7 +52,7 @@ fn advance(c: char) -> u32 {
     if c == ' ' { BLANK } else { glyph(c)[0].len().div_ceil(ACROSS) as u32 + SPACING }
 }
 
-/// Writes `text` from its top left corner; what does not fit is cut off.
+/// Writes `text` from its top left corner; the part that does not fit is cut off.
 pub(super) fn draw(picture: &mut RgbImage, (mut left, top): (u32, u32), text: &str, colour: [u8; 3]) {
     for c in text.chars() {
         if c != ' ' {

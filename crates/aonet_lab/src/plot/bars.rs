@@ -6,7 +6,7 @@ use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
-/// Width of a whole picture, and height of one chart of it (px).
+/// Width of the picture, and height of one chart (px).
 const WIDTH: u32 = 960;
 const HEIGHT: u32 = 250;
 
@@ -26,15 +26,15 @@ const LETTER: i32 = 7;
 /// One chart.
 #[derive(Debug, Clone, Copy)]
 pub struct Bars<'a> {
-    /// What stands above it.
+    /// Its title.
     pub title: &'a str,
     /// Names below the groups, from left to right.
     pub groups: &'a [String],
-    /// Name and one value a group; nothing, and values that are not finite, have no bar.
+    /// Name, and one value per group; missing values and values that are not finite have no bar.
     pub series: &'a [(String, Vec<Option<f64>>)],
     /// The value of a bar of full height; the chart's largest if absent.
     pub full: Option<f64>,
-    /// How the value above a bar is written.
+    /// Format of the value above a bar.
     pub label: fn(f64) -> String,
 }
 

@@ -13,7 +13,7 @@ use std::path::Path;
 /// Width and height (px) of one chart.
 const SIZE: (u32, u32) = (900, 340);
 
-/// Colours that people with colour-blindness tell apart. // Okabe and Ito 2008
+/// Colours that colour-blind readers can distinguish. // Okabe and Ito 2008
 const COLOURS: [RGBColor; 6] = [
     RGBColor(0, 114, 178),
     RGBColor(213, 94, 0),
@@ -26,7 +26,7 @@ const COLOURS: [RGBColor; 6] = [
 /// One curve.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Series<'a> {
-    /// What the legend calls it.
+    /// Its name in the legend.
     pub label: &'a str,
     /// (x, y); points that are not finite are left out.
     pub points: &'a [(f64, f64)],

@@ -1,4 +1,4 @@
-//! A picture on a window or a canvas, whatever its size.
+//! Draws a picture on a window or a canvas of any size.
 
 #[cfg(doc)]
 use super::Renderer;
@@ -44,7 +44,7 @@ impl Present {
         self.encode_timed(encoder, (picture, target), None);
     }
 
-    /// Stretches the first texture over the second one. What it takes is written where [`Renderer::clock`] says.
+    /// Stretches the first texture over the second one; `clock` takes the times of the pass.
     pub fn encode_timed(
         &self,
         encoder: &mut wgpu::CommandEncoder,
@@ -59,7 +59,7 @@ impl Present {
     }
 }
 
-/// The shader; `target_encodes` where the format of the target turns linear values into sRGB.
+/// The shader; `target_encodes` means that the target's format converts linear values to sRGB.
 pub(super) fn source(target_encodes: bool) -> String {
     format!("const TARGET_ENCODES: bool = {target_encodes};\n{}", include_str!("present.wgsl"))
 }

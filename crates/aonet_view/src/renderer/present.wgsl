@@ -1,4 +1,4 @@
-// A picture of sRGB values on a target of any size.
+// Draws a picture of sRGB values on a target of any size.
 
 @group(0) @binding(0) var picture: texture_2d<f32>;
 @group(0) @binding(1) var smoothly: sampler;

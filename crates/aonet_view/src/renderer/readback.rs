@@ -1,4 +1,4 @@
-//! Frames from the device into main memory. Waits for the device.
+//! Copies frames from the device into main memory. Waits for the device.
 
 use super::{Method, Renderer};
 use crate::{Error, Result};
@@ -7,7 +7,7 @@ use aonet::{AoImage, Camera, GBuffer, Size};
 use half::f16;
 use image::RgbImage;
 
-/// What the G-buffer pass has drawn.
+/// The output of the G-buffer pass.
 #[derive(Debug, Clone)]
 pub struct Drawn {
     /// Depth and shading normals, view space.
@@ -32,7 +32,7 @@ pub fn image(renderer: &Renderer) -> Result<RgbImage> {
     without_alpha(renderer, &picture(renderer)?)
 }
 
-/// The reflectance of what the last frame shows, sRGB; black on the background.
+/// The last frame's reflectance, sRGB; black on the background.
 ///
 /// # Errors
 /// As [`picture`].
@@ -47,7 +47,7 @@ fn without_alpha(renderer: &Renderer, texels: &[u8]) -> Result<RgbImage> {
     RgbImage::from_raw(width as u32, height as u32, rgb).ok_or_else(missing)
 }
 
-/// The last frame's G-buffer. `camera` is the one that saw it.
+/// The last frame's G-buffer. `camera` is the frame's camera.
 ///
 /// # Errors
 /// As [`picture`], and when the camera is of another size.
@@ -63,7 +63,7 @@ pub fn drawn(renderer: &Renderer, camera: &Camera) -> Result<Drawn> {
     Ok(Drawn { gbuffer, geo_normal: vectors(&renderer.targets.geo_normal.texture)? })
 }
 
-/// What a method found in the last frame.
+/// A method's visibility in the last frame.
 ///
 /// # Errors
 /// As [`picture`], and when the last frame did not show the method.
@@ -78,7 +78,7 @@ pub fn visibility(renderer: &Renderer, method: Method) -> Result<AoImage> {
     Ok(AoImage::new(size, values.collect())?)
 }
 
-/// Three of four halves a texel.
+/// The first three of four half floats of each texel.
 fn halves(texels: &[u8]) -> Vec<[f32; 3]> {
     let vector = |t: &[u8; 8]| [0, 2, 4].map(|i| f16::from_le_bytes([t[i], t[i + 1]]).to_f32());
     texels.as_chunks().0.iter().map(vector).collect()

@@ -1,5 +1,5 @@
-//! A scene in the device's memory. Vertex shaders fetch what they need by index, so that every triangle knows its own
-//! normal and colour and no vertex is stored twice.
+//! A scene in the device's memory. Vertex shaders fetch vertices by index, so that every triangle has its own
+//! normal and colour, and no vertex is stored twice.
 
 use super::device::{Gpu, bytes};
 use super::textures::TextureArray;
@@ -27,9 +27,9 @@ pub(super) struct SceneBuffers {
 
 impl SceneBuffers {
     /// # Errors
-    /// When the scene is broken, or larger than a shader of the device may see.
+    /// When the scene is broken, or larger than the device's largest shader binding.
     pub(super) fn new(gpu: &Gpu, scene: &Scene) -> Result<Self> {
-        // Indices out of range would not crash, but show what is not there.
+        // Indices out of range would not crash, but draw wrong triangles.
         let scene = scene.clone().checked()?;
         let grey = vec![DEFAULT_ALBEDO; if scene.albedo.is_empty() { scene.triangle.len() } else { 0 }];
         let vectors = |v: &[glam::Vec3]| bytes(v.iter().flat_map(|v| v.to_array()));

@@ -12,7 +12,7 @@ use aonet::metrics::ERROR_SCALE;
 /// Bytes of the struct `Shade` of `shade.wgsl`.
 const SHADE_BYTES: u64 = 80;
 
-/// Makes the picture.
+/// Draws the picture.
 #[derive(Debug)]
 pub(super) struct ShadePass {
     gpu: Gpu,
@@ -41,7 +41,7 @@ impl ShadePass {
         let [normal, depth, albedo] = [&targets.normal, &targets.depth, &targets.albedo].map(|t| &t.view);
         let views = [normal, depth, albedo, first, second, reference].map(wgpu::BindingResource::TextureView);
         let resources: Vec<_> = [self.shade.as_entire_binding()].into_iter().chain(views).collect();
-        // Methods come and go: what the pass reads changes with the frame.
+        // Created for every frame, because the methods' textures can change.
         let group = self.gpu.group(&self.cover.layout, &resources);
         let clock = watch.and_then(|watch| watch.pass("lighting"));
         self.cover.encode(encoder, &group, &targets.picture.view, clock.as_ref());
@@ -60,7 +60,7 @@ fn shade_bytes(frame: &FrameParams) -> Vec<u8> {
     let columns = world_from_view.to_cols_array_2d().map(|[x, y, z]| [x, y, z, 0.0]);
     let size = [camera.width() as f32, camera.height() as f32];
     let ([x, y], [focal_x, focal_y]) = (camera.centre_px(), camera.focal_px());
-    // Parallel rays all look the same way.
+    // Parallel rays have one direction.
     let per_pixel = if camera.is_perspective() { [1.0 / focal_x, 1.0 / focal_y] } else { [0.0; 2] };
     let half_image = [0.5 * per_pixel[0] * size[0], 0.5 * per_pixel[1] * size[1]];
     let middle = [per_pixel[0] * (0.5 * size[0] - x), per_pixel[1] * (y - 0.5 * size[1])];

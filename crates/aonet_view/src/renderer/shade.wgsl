@@ -1,7 +1,7 @@
 // The picture of a frame from its G-buffer and its visibility: sRGB values.
 
 struct Shade {
-    /// Of directions.
+    /// World from view space, for directions.
     world_from_view: mat3x3<f32>,
     /// View-space x and y at distance 1, per unit of the picture from its middle.
     half_image: vec2<f32>,
@@ -55,7 +55,7 @@ fn diverging(difference: f32) -> vec3<f32> {
     return mix(stops[i], stops[i + 1u], place - f32(i)) / 255.0;
 }
 
-/// Visibility dims what comes from everywhere, and no single light.
+/// Visibility dims ambient light only, no single light.
 fn lit(normal_view: vec3<f32>, albedo: vec3<f32>, visibility: f32) -> vec3<f32> {
     let normal = shade.world_from_view * normal_view;
     let ambient = mix(BELOW, ABOVE, 0.5 + 0.5 * normal.y) * visibility;
@@ -69,7 +69,7 @@ fn sky(pixel: vec2<u32>) -> vec3<f32> {
     return tone_mapped(mix(vec3(0.42, 0.46, 0.50), vec3(0.22, 0.33, 0.48), smoothstep(-0.2, 0.8, up)));
 }
 
-/// Where a method is off there is one texel.
+/// A method that is off has a texture of one texel.
 fn visibility_at(visibilities: texture_2d<f32>, pixel: vec2<u32>) -> f32 {
     return textureLoad(visibilities, min(pixel, textureDimensions(visibilities) - 1u), 0).x;
 }

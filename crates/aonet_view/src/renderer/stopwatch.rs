@@ -1,4 +1,4 @@
-//! How long passes take on the device, where it has a clock that passes can read.
+//! Times of passes on the device, if it supports timestamps.
 
 use super::device::Gpu;
 use super::pass_clock::PassClock;
@@ -6,37 +6,37 @@ use aonet::gpu::{Timestamps, wgpu};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU8, Ordering};
 
-/// Steps of a frame that can be told apart: the G-buffer, two methods, the reference, the lighting, and three of the caller.
+/// Steps of a frame that are timed separately: the G-buffer, two methods, the reference, the lighting, and three of the caller.
 const SETS: usize = 8;
-/// Queries of each. The largest network that is shipped has 22 passes.
+/// Queries of each step. The largest shipped network has 22 passes.
 const QUERIES: u32 = 128;
 const SET_BYTES: u64 = QUERIES as u64 * 8;
 
 /// Time of one step of a frame on the device.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PassTime {
-    /// Which step.
+    /// Name of the step.
     pub label: String,
-    /// From the begin of its first pass to the end of its last (ms).
+    /// From the start of its first pass to the end of its last (ms).
     pub ms: f32,
 }
 
-/// Times of a frame on their way from the device: one frame at a time, others are not timed.
+/// Times of a frame that are being read from the device. One frame at a time is timed.
 #[derive(Debug)]
 pub(super) struct Stopwatch {
     gpu: Gpu,
     sets: Vec<wgpu::QuerySet>,
     resolved: wgpu::Buffer,
     back: wgpu::Buffer,
-    /// Whether a frame is being encoded that is timed.
+    /// Whether the frame being encoded is timed.
     runs: bool,
-    /// Labels of the sets of the frame and how many of their queries it writes.
+    /// Labels of the frame's sets, and the number of queries that each writes.
     used: Vec<(String, u32)>,
     state: Arc<AtomicU8>,
     latest: Vec<PassTime>,
 }
 
-/// What the state says: nothing is under way, a frame is, its times are there, or they never will be.
+/// Values of the state: no frame is being read, one is, its times have arrived, or reading failed.
 const IDLE: u8 = 0;
 const UNDER_WAY: u8 = 1;
 const READY: u8 = 2;
@@ -68,10 +68,10 @@ impl Stopwatch {
         })
     }
 
-    /// The watch for a new frame, unless the last one's times are still on their way.
+    /// Starts timing a new frame, unless the last one's times have not arrived yet.
     pub(super) fn start(&mut self) -> Option<&mut Self> {
         self.runs = false;
-        // A lost device tells its own handler.
+        // A lost device reports to its own handler.
         let _ = self.gpu.device.poll(wgpu::PollType::Poll);
         match self.state.load(Ordering::Acquire) {
             UNDER_WAY => return None,
@@ -84,24 +84,24 @@ impl Stopwatch {
         Some(self)
     }
 
-    /// Forgets the frame: its commands are not going to run.
+    /// Discards the frame, because its commands will not run.
     pub(super) fn stop(&mut self) {
         self.runs = false;
     }
 
-    /// For a pass of the frame that is being encoded; none where that is not timed.
+    /// Timestamps for a pass of the frame being encoded; none if it is not timed.
     pub(super) fn pass(&mut self, label: &str) -> Option<PassClock> {
         self.set(label, 1).cloned().map(PassClock)
     }
 
-    /// For passes that take no times themselves: from here to [`PassClock::end`].
+    /// Starts timing passes that write no timestamps themselves, up to [`PassClock::end`].
     pub(super) fn begin(&mut self, encoder: &mut wgpu::CommandEncoder, label: &str) -> Option<PassClock> {
         let clock = self.pass(label)?;
         clock.write(encoder, Some(0), None);
         Some(clock)
     }
 
-    /// Where the passes of a session write their times.
+    /// Timestamps for the passes of a session.
     pub(super) fn session(&mut self, label: &str, passes: usize) -> Option<Timestamps<'_>> {
         Some(Timestamps { queries: self.set(label, passes)? })
     }
@@ -113,7 +113,7 @@ impl Stopwatch {
         Some(set)
     }
 
-    /// Encodes the way back of the times, where the frame is timed.
+    /// Encodes the copy of the times to main memory, if the frame is timed.
     pub(super) fn finish(&mut self, encoder: &mut wgpu::CommandEncoder) {
         if !std::mem::take(&mut self.runs) {
             return;
@@ -145,7 +145,7 @@ impl Stopwatch {
         self.back.unmap();
     }
 
-    /// Times of the last frame that has come back.
+    /// Times of the last frame whose times have arrived.
     pub(super) fn latest(&self) -> &[PassTime] {
         &self.latest
     }

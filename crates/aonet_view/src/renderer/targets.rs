@@ -5,14 +5,14 @@ use crate::Result;
 use aonet::gpu::wgpu;
 use wgpu::TextureFormat as Format;
 
-/// A texture and the view of all of it.
+/// A texture and a view of all of it.
 #[derive(Debug)]
 pub(super) struct Target {
     pub(super) texture: wgpu::Texture,
     pub(super) view: wgpu::TextureView,
 }
 
-/// What the G-buffer pass writes, and the picture at the end.
+/// The textures of the G-buffer, and the finished picture.
 #[derive(Debug)]
 pub(super) struct Targets {
     pub(super) size: (usize, usize),
@@ -24,7 +24,7 @@ pub(super) struct Targets {
     pub(super) albedo: Target,
     /// View-space unit normals of the triangles towards the viewer; zero on the background.
     pub(super) geo_normal: Target,
-    /// For visibility of surfaces only.
+    /// Depth for hidden-surface removal.
     pub(super) z: Target,
     /// sRGB values.
     pub(super) picture: Target,
@@ -35,7 +35,7 @@ pub(super) const DEPTH: Format = Format::R32Float;
 pub(super) const ALBEDO: Format = Format::Rgba8UnormSrgb;
 pub(super) const Z: Format = Format::Depth32Float;
 pub(super) const PICTURE: Format = Format::Rgba8Unorm;
-/// A step is 5e-4 at most; 8 bits would show in errors.
+/// A step is 5e-4 at most; with 8 bits, steps would be visible in errors.
 pub(super) const VISIBILITY: Format = Format::R16Float;
 
 impl Targets {
@@ -73,7 +73,7 @@ impl Target {
     }
 }
 
-/// Accepts sizes that the device has textures for.
+/// Checks that the device has textures of this size.
 ///
 /// # Errors
 /// When a side is 0 or too large.

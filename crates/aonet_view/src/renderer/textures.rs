@@ -15,25 +15,25 @@ const BUDGET_BYTES: u64 = 1 << 28;
 const MOST_SIDE: u32 = 4096;
 
 /// Images that are decoded at a time, one a core.
-// guess: as many cores as most machines have. Each holds an image of any size while it lasts.
+// guess: as many cores as most machines have. Each decodes one image of any size.
 const AT_ONCE: usize = 8;
 
-/// Characters of a sentence about an image that a panel shows: files choose the names of their images.
+/// Most characters of a message about an image in a panel, because files choose the names of their images.
 const MOST_CHARACTERS: usize = 300;
 
-/// What a triangle without an image has for a [`number`].
+/// The [`number`] of a triangle without an image.
 const NONE: u32 = u32::MAX;
 
 /// Bytes of the struct `Decal` of `gbuffer.wgsl`.
 const DECAL_BYTES: usize = 32;
 
-/// Images, and which of them every triangle shows.
+/// Images, and the image of every triangle.
 #[derive(Debug)]
 pub(super) struct TextureArray {
     pub(super) view: wgpu::TextureView,
-    /// A `Decal` a triangle; a single one where no triangle shows any image.
+    /// A `Decal` for every triangle; a single one if no triangle has an image.
     pub(super) decals: wgpu::Buffer,
-    /// Sentences about images that are not shown.
+    /// Messages about images that are not shown.
     pub(super) missing: Vec<String>,
 }
 
@@ -73,7 +73,7 @@ impl TextureArray {
     }
 }
 
-/// What is missing, for a panel: the first and how many others.
+/// The first missing image and the number of others, for a panel.
 pub(super) fn sentence(missing: &[String]) -> Option<String> {
     let first: String = missing.first()?.chars().take(MOST_CHARACTERS).collect();
     let others = match missing.len() - 1 {
@@ -83,7 +83,7 @@ pub(super) fn sentence(missing: &[String]) -> Option<String> {
     Some(format!("not shown: {first}{others}"))
 }
 
-/// Decodes images into their layers; sentences about those that cannot be.
+/// Decodes images into their layers; returns messages about those that cannot be decoded.
 fn fill(gpu: &Gpu, texture: &wgpu::Texture, images: &[Image]) -> Vec<String> {
     let (mut missing, side) = (Vec::new(), texture.width());
     for (chunk, first) in images.chunks(AT_ONCE).zip((0..).step_by(AT_ONCE)) {
@@ -95,13 +95,13 @@ fn fill(gpu: &Gpu, texture: &wgpu::Texture, images: &[Image]) -> Vec<String> {
             });
             upload(gpu, texture, &levels, layer);
         }
-        // What was written goes its way before more comes.
+        // Submits these writes, so that staging memory does not grow.
         gpu.queue.submit([]);
     }
     missing
 }
 
-/// Side of the layers (px): a power of two that loses nothing of the largest image, or what the budget has for each.
+/// Side of the layers (px): a power of two not below the largest image, or the largest that the budget allows.
 fn side(images: &[Image], most: u32) -> u32 {
     let sizes = images.iter().filter_map(|image| decode::size(image).ok());
     let largest = sizes.map(|(width, height)| width.max(height)).max().unwrap_or(1);
@@ -155,7 +155,7 @@ fn decal_bytes(decals: &[Option<Decal>], layers: usize) -> Vec<u8> {
     bytes
 }
 
-/// A decal's layer in the lower half, then how it goes on along u and v, two bits each.
+/// A decal's layer in the lower half, then the wrap modes along u and v, two bits each.
 fn number(decal: &Decal, layers: usize) -> u32 {
     let bits = |wrap: Wrap| match wrap {
         Wrap::Repeat => 0,
@@ -166,14 +166,14 @@ fn number(decal: &Decal, layers: usize) -> u32 {
     decal.image.min(layers as u32 - 1) | along_u << 16 | along_v << 18
 }
 
-/// How the array is read.
+/// Binding type of the array.
 pub(super) const ARRAY: wgpu::BindingType = wgpu::BindingType::Texture {
     sample_type: wgpu::TextureSampleType::Float { filterable: true },
     view_dimension: wgpu::TextureViewDimension::D2Array,
     multisampled: false,
 };
 
-/// Samplers that repeat along both axes, along u, along v, and along none.
+/// Samplers that repeat along both axes, along u, along v, and along neither.
 pub(super) fn samplers(gpu: &Gpu) -> [wgpu::Sampler; 4] {
     use wgpu::AddressMode::{ClampToEdge, Repeat};
     [[Repeat, Repeat], [Repeat, ClampToEdge], [ClampToEdge, Repeat], [ClampToEdge, ClampToEdge]].map(

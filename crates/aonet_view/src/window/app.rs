@@ -1,4 +1,4 @@
-//! The window's life: events in, frames out, and what to do when the device goes away.
+//! The event loop of the window: events in, frames out, and recovery from a lost device.
 
 use super::Start;
 use super::input::{self, Mouse};
@@ -28,10 +28,10 @@ impl App {
         Self { viewer, screen: None, mouse, last: Instant::now(), failed: None }
     }
 
-    /// How it went.
+    /// The outcome of the event loop.
     ///
     /// # Errors
-    /// What ended it, unless it was closed.
+    /// When an error ended it; closing the window is none.
     pub(super) fn end(self) -> Result<()> {
         self.failed.map_or(Ok(()), Err)
     }
@@ -40,7 +40,7 @@ impl App {
         let size = PhysicalSize::new(self.viewer.view.width as u32, self.viewer.view.height as u32);
         let attributes = Window::default_attributes().with_title("aonet").with_inner_size(size);
         let window = match self.screen.take() {
-            // The window outlives its device.
+            // The window stays when its device is lost.
             Some(screen) => screen.window,
             None => {
                 let window = events.create_window(attributes);
@@ -105,9 +105,9 @@ impl ApplicationHandler for App {
             WindowEvent::Resized(size) => screen.surface.resize(size.width, size.height),
             WindowEvent::DroppedFile(path) => self.viewer.open(path.clone()),
             WindowEvent::RedrawRequested => self.redraw(events),
-            // Where a drag has begun it goes on, wherever the mouse is.
+            // A drag continues where it began, wherever the mouse is.
             WindowEvent::CursorMoved { .. } => self.mouse.on(&event, size, &mut self.viewer),
-            // What has begun outside of the controls ends, wherever the mouse is and whoever hears the keys.
+            // A drag or key press that began outside the controls also ends there.
             _ if for_controls && !input::is_release(&event) => {}
             _ => {
                 self.mouse.on(&event, size, &mut self.viewer);
@@ -144,7 +144,7 @@ mod tests {
     use winit::platform::pump_events::EventLoopExtPumpEvents;
     use winit::platform::x11::EventLoopBuilderExtX11;
 
-    /// Whether nothing may be skipped.
+    /// Whether tests must not be skipped.
     fn is_required() -> bool {
         std::env::var_os("AONET_REQUIRE_GPU").is_some_and(|v| v == "1")
     }
@@ -156,7 +156,7 @@ mod tests {
     }
 
     impl Live {
-        /// None where there is no X server or no device, said so. Who requires a device has one.
+        /// None without an X server or a device, with a message. With `AONET_REQUIRE_GPU` that is an error.
         fn open() -> Option<Self> {
             if std::env::var_os("DISPLAY").is_none() {
                 eprintln!("skipped: no display");
@@ -169,13 +169,13 @@ mod tests {
             let events = EventLoop::builder().with_x11().with_any_thread(true).build().unwrap();
             let methods = [Method::Reference, Method::Gtao];
             let mut start = Start { methods, show: Show::Visibility, ..start() };
-            // Wider than the controls.
+            // The window is wider than the controls.
             start.view.width = 400;
             let app = App::new(start);
             Some(Self { events, app })
         }
 
-        /// Lets the window live until it is as it should be; whether it came to that.
+        /// Runs the event loop until a condition holds; returns whether it did in time.
         fn within(&mut self, seconds: u64, is_so: impl Fn(&App) -> bool) -> bool {
             let since = Instant::now();
             while !is_so(&self.app) && since.elapsed() < Duration::from_secs(seconds) {
@@ -200,12 +200,12 @@ mod tests {
         }
     }
 
-    /// Rays that the window has traced: frames are drawn.
+    /// Number of rays that the window has traced: above 0 once frames are drawn.
     fn samples(app: &App) -> u32 {
         app.screen.as_ref().map_or(0, |screen| screen.renderer.samples())
     }
 
-    /// The wheel is the controls' above them and the camera's beside them, however old the last frame is.
+    /// The wheel scrolls the controls above them and moves the camera beside them, even if the last frame is old.
     fn whose_wheel(screen: &mut Screen) {
         let device_id = DeviceId::dummy();
         let mut wheel_at = |x: f64| {
@@ -217,7 +217,7 @@ mod tests {
         assert_eq!([wheel_at(above), wheel_at(beside), wheel_at(above)], [true, false, true]);
     }
 
-    /// One event loop is all that a process may have, so one test has all that takes one.
+    /// A process can have one event loop only, so one test contains everything that needs it.
     #[test]
     fn a_window_outlives_its_device_and_sizes_and_tells_scores() {
         let Some(mut live) = Live::open() else { return };

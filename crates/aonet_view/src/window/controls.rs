@@ -5,10 +5,10 @@ use super::viewer::{Motion, Viewer};
 use crate::renderer::{Method, Show};
 use egui::{ComboBox, Context, Slider, Ui, Window};
 
-/// Width and height of the panel [points]: of all that is in it with a message of a few lines. A lower window scrolls.
+/// Width and height of the panel (points) with a message of a few lines. In a lower window the panel scrolls.
 const SIZE: [f32; 2] = [290.0, 600.0];
 
-/// What the controls say about the frame.
+/// Facts about the frame that the controls display.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Facts {
     /// Width and height (px).
@@ -19,7 +19,7 @@ pub(super) struct Facts {
     pub(super) has_clock: bool,
 }
 
-/// Shows the controls; one of them may ask for more than the viewer can do.
+/// Shows the controls; returns a request that the viewer cannot serve alone.
 pub(super) fn show(context: &Context, viewer: &mut Viewer, facts: Facts) -> Option<Request> {
     if !viewer.controls {
         return None;

@@ -4,10 +4,10 @@ use crate::renderer::{Method, PassTime};
 use egui::{Color32, Rect, RichText, Sense, Ui, pos2, vec2};
 use std::collections::VecDeque;
 
-/// Frames that are remembered.
+/// Number of frames shown.
 const FRAMES: usize = 120;
 
-/// Colours of steps that are no methods.
+/// Colours of steps other than methods.
 const OTHERS: [(&str, Color32); 4] = [
     ("G-buffer", Color32::from_rgb(86, 136, 199)),
     ("lighting", Color32::from_rgb(222, 202, 110)),
@@ -28,7 +28,7 @@ const METHODS: [Color32; Method::ALL.len()] = [
     Color32::from_rgb(214, 128, 188),
 ];
 
-/// A step has its colour whatever else a frame does: a change of methods recolours no column.
+/// The colour of a step. It does not depend on the frame's other steps, so a change of methods recolours no column.
 fn colour(label: &str) -> Color32 {
     let other = OTHERS.iter().find(|(name, _)| *name == label).map(|(_, colour)| *colour);
     let method = || Method::ALL.iter().position(|method| method.title() == label).map(|i| METHODS[i]);
@@ -42,7 +42,7 @@ pub(super) struct History {
 }
 
 impl History {
-    /// Remembers a frame; the same times again are the same frame.
+    /// Adds a frame; equal times mean that the frame is the same.
     pub(super) fn push(&mut self, times: &[PassTime]) {
         if times.is_empty() || self.frames.back().is_some_and(|last| last == times) {
             return;
@@ -53,7 +53,7 @@ impl History {
         self.frames.push_back(times.to_vec());
     }
 
-    /// Draws the columns and what they stand for.
+    /// Draws the columns and their legend.
     pub(super) fn show(&self, ui: &mut Ui) {
         let Some(last) = self.frames.back() else { return };
         let whole = |frame: &Vec<PassTime>| frame.iter().map(|time| time.ms).sum::<f32>();

@@ -1,4 +1,4 @@
-//! Mice and keys: what they do to the camera and to the slider.
+//! Mouse and keyboard: they move the camera and the slider.
 
 use super::viewer::{Motion, Viewer};
 use winit::event::{ElementState, MouseButton, MouseScrollDelta, WindowEvent};
@@ -7,10 +7,10 @@ use winit::keyboard::{KeyCode, PhysicalKey};
 /// Turn of a drag over the height of the window (rad). guess: half a turn.
 const TURN: f32 = std::f32::consts::PI;
 
-/// Distance from the slider at which it is taken hold of (px).
+/// Distance at which the mouse grabs the slider (px).
 const GRAB: f64 = 8.0;
 
-/// What a pressed mouse moves.
+/// What a drag moves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Drag {
     Turn,
@@ -19,14 +19,14 @@ enum Drag {
     Slide,
 }
 
-/// Where the mouse is and what it holds.
+/// Position of the mouse, and the drag.
 #[derive(Debug, Default)]
 pub(super) struct Mouse {
     at: (f64, f64),
     drag: Option<Drag>,
 }
 
-/// What a key asks of the window.
+/// A request of a key or control to the window.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Request {
     /// A picture of the frame.
@@ -35,14 +35,14 @@ pub(super) enum Request {
     Export,
     /// SSIM and PSNR.
     Score,
-    /// Begin or end the record of the camera's way.
+    /// Start or stop recording the camera path.
     Record,
-    /// Begin or end to go it.
+    /// Start or stop replaying it.
     Replay,
 }
 
 impl Mouse {
-    /// Follows an event in a window of `size` (px).
+    /// Handles an event in a window of `size` (px).
     pub(super) fn on(&mut self, event: &WindowEvent, (width, height): (u32, u32), viewer: &mut Viewer) {
         match event {
             WindowEvent::CursorMoved { position, .. } => {
@@ -83,7 +83,7 @@ impl Mouse {
         if let (Motion::Replaying(_), false) = (viewer.motion, drag == Drag::Slide) {
             viewer.motion = Motion::Free;
         }
-        // A picture is as high as twice the tangent at the distance of what is looked at.
+        // The picture's height at the target's distance is twice the tangent times that distance.
         let seen = 2.0 * (0.5 * viewer.view.fov_y_deg.to_radians()).tan();
         match drag {
             Drag::Turn => viewer.orbit.turn(-TURN * dx, -TURN * dy),
@@ -94,7 +94,7 @@ impl Mouse {
     }
 }
 
-/// Whether a button or a key is let go.
+/// Whether a button or a key was released.
 pub(super) fn is_release(event: &WindowEvent) -> bool {
     match event {
         WindowEvent::MouseInput { state, .. } => *state == ElementState::Released,
@@ -103,7 +103,7 @@ pub(super) fn is_release(event: &WindowEvent) -> bool {
     }
 }
 
-/// Follows a key; some ask for more than the viewer can do.
+/// Handles a key; returns a request that the viewer cannot serve alone.
 pub(super) fn key(event: &WindowEvent, viewer: &mut Viewer) -> Option<Request> {
     if let WindowEvent::Focused(false) = event {
         viewer.held.clear();

@@ -1,4 +1,4 @@
-//! Scenes from files, on a thread of their own.
+//! Reads scenes from files on a separate thread.
 
 use crate::Result;
 use aonet_scene::scene::MissingNormals;
@@ -21,16 +21,16 @@ pub(super) struct Loading {
 }
 
 impl Loading {
-    /// Begins to read a glTF file. `like` lends its size and field of view.
+    /// Starts reading a glTF file. The view takes size and field of view from `like`.
     pub(super) fn start(path: PathBuf, like: &View) -> Self {
         let (sender, done) = channel();
         let (from, like) = (path.clone(), like.clone());
-        // Nobody listens any more where another file was dropped meanwhile.
+        // Sending fails if another file was dropped meanwhile.
         std::thread::spawn(move || drop(sender.send(load(&from, &like))));
         Self { path, done }
     }
 
-    /// What became of it, once it is known.
+    /// The result, once it is available.
     pub(super) fn poll(&self) -> Option<Result<Loaded>> {
         match self.done.try_recv() {
             Ok(loaded) => Some(loaded),
@@ -48,7 +48,7 @@ fn load(path: &Path, like: &View) -> Result<Loaded> {
         SceneSpec::from_file(path, SceneSplit::Train).and_then(|spec| propose_view(&spec, size, 0));
     match proposed {
         Ok((tracer, view)) => Ok((coloured(tracer.scene().clone()), view)),
-        // Of some scenes no view is a good one to learn from: from outside they can be seen all the same.
+        // Some scenes have no view that suits training; they can still be shown from outside.
         Err(_) => {
             let scene = gltf::load(path, MissingNormals::CREASE)?;
             let view = from_outside(&scene, like);
@@ -75,7 +75,7 @@ fn from_outside(scene: &Scene, like: &View) -> View {
         target: bounds.centre().to_array(),
         up: [0.0, 1.0, 0.0],
         near: 1e-3 * distance,
-        // guess: a fifth of what is seen.
+        // guess: a fifth of the visible height.
         radius: 0.2 * radius,
         ..like.clone()
     }

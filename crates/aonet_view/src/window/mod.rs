@@ -1,4 +1,4 @@
-//! The window: a camera for hands, a panel of controls, files dropped in and written out.
+//! The window: an interactive camera, a panel of controls, dropped and written files.
 
 mod app;
 mod controls;
@@ -16,24 +16,24 @@ use aonet_scene::View;
 use aonet_scene::trace::Tracer;
 use winit::event_loop::{ControlFlow, EventLoop};
 
-/// What a window begins with.
+/// The start of a window.
 #[derive(Debug)]
 pub struct Start {
     /// The scene.
     pub tracer: Tracer,
-    /// Where the camera stands, the AO radius, and the size of the window (px).
+    /// Camera, AO radius, and the size of the window (px).
     pub view: View,
     /// The methods left and right of the slider.
     pub methods: [Method; 2],
-    /// Place of the slider in window widths, in [0, 1]; at 1 there is the first method only.
+    /// Place of the slider in window widths, in [0, 1]; at 1 only the first method is shown.
     pub split: f32,
-    /// What is drawn.
+    /// The picture that is drawn.
     pub show: Show,
-    /// A way that the camera goes at once.
+    /// A camera path that is replayed at the start.
     pub way: Option<CameraPath>,
 }
 
-/// Opens a window and shows it until it is closed. Files that it writes come into the current folder.
+/// Opens a window and shows it until it is closed. It writes files into the current folder.
 ///
 /// # Errors
 /// When there is no display, no graphics device, or not enough memory on it.

@@ -1,4 +1,4 @@
-//! What the window writes, and how its methods compare with the reference.
+//! Files that the window writes, and scores of its methods.
 
 use super::viewer::{SCORE_SAMPLES, Viewer};
 use crate::renderer::{CameraPath, FrameParams, Method, Renderer, readback};
@@ -16,20 +16,20 @@ fn free_name(extension: &str) -> Result<PathBuf> {
     found.ok_or_else(|| Error::file(&name(999), "a number that is not taken", "a thousand files"))
 }
 
-/// Writes the last frame as it is shown, without the controls.
+/// Writes the last frame as a picture, without the controls.
 ///
 /// # Errors
-/// When the device is lost or the folder refuses.
+/// When the device is lost or the file cannot be written.
 pub(super) fn screenshot(renderer: &Renderer) -> Result<String> {
     let path = free_name("png")?;
     save_png(&readback::image(renderer)?, &path)?;
     Ok(path.display().to_string())
 }
 
-/// Writes the last frame's G-buffer as a frame file, with the reference where it has converged.
+/// Writes the last frame's G-buffer as a frame file, with the reference if it has converged.
 ///
 /// # Errors
-/// When the device is lost or the folder refuses.
+/// When the device is lost or the file cannot be written.
 pub(super) fn export(renderer: &Renderer, viewer: &Viewer, of: &FrameParams) -> Result<String> {
     let path = free_name("exr")?;
     let drawn = readback::drawn(renderer, &of.camera)?;
@@ -54,17 +54,17 @@ pub(super) fn export(renderer: &Renderer, viewer: &Viewer, of: &FrameParams) -> 
     Ok(format!("{}, {what}", path.display()))
 }
 
-/// Writes a recorded way.
+/// Writes a recorded camera path.
 ///
 /// # Errors
-/// When the folder refuses.
+/// When the file cannot be written.
 pub(super) fn way(way: &CameraPath) -> Result<String> {
     let path = free_name("json")?;
     atomic_file::write(Path::new(&path), way.to_json().as_bytes())?;
     Ok(format!("{}, keys: {}", path.display(), way.keys.len()))
 }
 
-/// SSIM and PSNR of the methods of the last frame against its reference; none until that has converged.
+/// SSIM and PSNR of the methods of the last frame against its reference; none until the reference has converged.
 ///
 /// # Errors
 /// When the device is lost, or the frame is too small for SSIM.

@@ -1,4 +1,4 @@
-//! Everything that is on the device: made anew when that is lost.
+//! Everything on the device; it is created again when the device is lost.
 
 use super::controls::{self, Facts};
 use super::input::Request;
@@ -13,14 +13,14 @@ use std::sync::Arc;
 use winit::event::WindowEvent;
 use winit::window::Window;
 
-/// A window with what draws on it.
+/// A window with its device and renderer.
 pub(super) struct Screen {
     pub(super) window: Arc<Window>,
     pub(super) surface: Surface,
     pub(super) renderer: Renderer,
     present: Present,
     egui: egui_winit::State,
-    /// Where the mouse is, in points of the controls.
+    /// Position of the mouse (points of the controls).
     pointer: egui::Pos2,
     painter: egui_wgpu::Renderer,
 }
@@ -45,7 +45,7 @@ impl Screen {
         Ok(Self { window, surface, renderer, present, egui, pointer: egui::Pos2::ZERO, painter })
     }
 
-    /// Gives an event to the controls; true where it was meant for them.
+    /// Passes an event to the controls; returns whether they used it.
     pub(super) fn on(&mut self, event: &WindowEvent) -> bool {
         if let WindowEvent::CursorMoved { position, .. } = event {
             let scale = egui_winit::pixels_per_point(self.egui.egui_ctx(), &self.window);
@@ -54,7 +54,7 @@ impl Screen {
         let wants = match event {
             WindowEvent::MouseInput { .. } | WindowEvent::MouseWheel { .. } => {
                 let context = self.egui.egui_ctx();
-                // What the controls say of the mouse themselves is as old as their last frame.
+                // The controls' own answer about the mouse is as old as their last frame.
                 let above = context.layer_id_at(self.pointer);
                 context.egui_is_using_pointer() || above.is_some_and(|l| l.order != egui::Order::Background)
             }
@@ -67,14 +67,14 @@ impl Screen {
     /// Shows the scene that the viewer has now.
     ///
     /// # Errors
-    /// When it is too large for the device; the old one is shown then.
+    /// When it is too large for the device; the old scene then stays.
     pub(super) fn show_scene(&mut self, viewer: &mut Viewer) -> Result<()> {
         self.renderer.set_scene(viewer.tracer.scene())?;
         viewer.name_missing(self.renderer.missing());
         self.renderer.set_tracer(&viewer.tracer)
     }
 
-    /// Draws a frame with the controls; true where it was shown. What the controls ask for is asked of `requested`.
+    /// Draws a frame with the controls; returns whether it was shown. Requests of the controls are added to `requested`.
     ///
     /// # Errors
     /// When the frame cannot be drawn.
@@ -85,7 +85,7 @@ impl Screen {
         let mut encoder = device.create_command_encoder(&Default::default());
         let drawn = self.frame(viewer).and_then(|frame| self.renderer.begin(&mut encoder, &frame));
         if let Err(error) = &drawn {
-            // What was encoded so far belongs to no whole frame. The controls stay: they can set what was wrong.
+            // The commands so far are not a complete frame. The controls are still drawn: they can correct the error.
             viewer.complain(error);
             encoder = device.create_command_encoder(&Default::default());
         }
@@ -108,7 +108,7 @@ impl Screen {
         Ok(request)
     }
 
-    /// The frame of this moment, of the renderer's size.
+    /// The current frame, of the renderer's size.
     fn frame(&mut self, viewer: &Viewer) -> Result<FrameParams> {
         let most = self.surface.device.device.limits().max_texture_dimension_2d;
         self.renderer.resize(viewer.frame_size(self.surface.size(), most))?;
@@ -152,7 +152,7 @@ impl Screen {
         commands
     }
 
-    /// Does what the viewer cannot do alone.
+    /// Serves a request that the viewer cannot serve alone.
     pub(super) fn answer(&mut self, request: Request, viewer: &mut Viewer) {
         let answered = match request {
             Request::Screenshot => save::screenshot(&self.renderer),
@@ -172,7 +172,7 @@ impl Screen {
         viewer.message = answered.unwrap_or_else(|error: Error| error.to_string());
     }
 
-    /// Compares the methods with the reference where that was asked for and has converged.
+    /// Compares the methods with the reference if that was requested and the reference has converged.
     pub(super) fn score(&mut self, viewer: &mut Viewer) {
         if !viewer.wants_scores {
             return;

@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use winit::window::Window;
 
-/// Where frames are shown.
+/// The surface that frames are shown on.
 #[derive(Debug)]
 pub(super) struct Surface {
     pub(super) device: Device,
@@ -53,7 +53,7 @@ impl Surface {
         self.surface.configure(&self.device.device, &self.config);
     }
 
-    /// Follows the window; at a size of 0 there is nothing to draw on.
+    /// Changes the size to the window's; a size of 0 means that nothing is drawn.
     pub(super) fn resize(&mut self, width: u32, height: u32) {
         if width > 0 && height > 0 {
             (self.config.width, self.config.height) = (width, height);
@@ -61,10 +61,10 @@ impl Surface {
         }
     }
 
-    /// The texture of the next frame; none where the window cannot be seen now or has just changed.
+    /// The texture of the next frame; none if the window is not visible or has just changed.
     ///
     /// # Errors
-    /// When the surface is gone for good.
+    /// When the surface is lost permanently.
     pub(super) fn acquire(&self) -> Result<Option<wgpu::SurfaceTexture>> {
         use wgpu::CurrentSurfaceTexture::{
             Lost, Occluded, Outdated, Suboptimal, Success, Timeout, Validation,
@@ -83,12 +83,12 @@ impl Surface {
         }
     }
 
-    /// Whether device or surface are gone: all that was made on them has to be made anew.
+    /// Whether device or surface are lost; all their resources must then be created again.
     pub(super) fn is_lost(&self) -> bool {
         self.lost.load(Ordering::Acquire)
     }
 
-    /// What the device has complained about since the last time.
+    /// The device's error messages since the last call.
     pub(super) fn complaint(&self) -> Option<String> {
         self.complaint.lock().unwrap_or_else(PoisonError::into_inner).take()
     }
@@ -104,7 +104,7 @@ impl Surface {
     }
 }
 
-/// Hears what goes wrong on the device outside of any call.
+/// Listens for errors of the device that no call returns.
 fn listen(device: &wgpu::Device, (lost, complaint): (&Arc<AtomicBool>, &Arc<Mutex<Option<String>>>)) {
     let lost = Arc::clone(lost);
     device.set_device_lost_callback(move |reason, message| {

@@ -1,4 +1,4 @@
-//! What the window shows and how the camera moves: nothing of the device, so that a lost one costs no place.
+//! What the window shows and how the camera moves. Nothing here is on the device, so a lost device does not reset it.
 
 use super::Start;
 use super::graph::History;
@@ -13,18 +13,18 @@ use std::collections::HashSet;
 use std::time::{Duration, Instant};
 use winit::keyboard::KeyCode;
 
-/// Rays a pixel that a comparison waits for.
-// guess: their noise is below the differences between methods; `aonet demo` takes half of them.
+/// Rays per pixel that a comparison needs.
+// guess: their noise is below the differences between methods; `aonet demo` uses half as many.
 pub(super) const SCORE_SAMPLES: u32 = 256;
 
-/// Shortest time between keys of a recorded way.
+/// Shortest time between keys of a recorded path.
 const KEY_SPACING: f32 = 0.1;
 
-/// What hands have set.
+/// Settings of the window.
 #[derive(Debug)]
 pub(super) struct Viewer {
     pub(super) tracer: Tracer,
-    /// Of the scene: field of view, planes. Its radius and place are where things began.
+    /// Field of view and planes of the scene's view; camera and radius at the start.
     pub(super) view: View,
     pub(super) orbit: Orbit,
     pub(super) methods: [Method; 2],
@@ -32,29 +32,29 @@ pub(super) struct Viewer {
     pub(super) show: Show,
     /// AO radius (world units).
     pub(super) radius: f32,
-    /// Texels of the frame for a pixel of the window, along a side.
+    /// Texels of the frame per pixel of the window, along a side.
     pub(super) scale: f32,
-    /// Rays a pixel and frame of the reference.
+    /// Rays per pixel of the reference in each frame.
     pub(super) samples: u32,
     pub(super) controls: bool,
     pub(super) message: String,
     pub(super) history: History,
     pub(super) held: HashSet<KeyCode>,
     pub(super) loading: Option<Loading>,
-    /// Whether the methods are to be compared with the reference as soon as it has converged.
+    /// Whether to compare the methods with the reference when it has converged.
     pub(super) wants_scores: bool,
     pub(super) way: CameraPath,
     pub(super) motion: Motion,
 }
 
-/// Who moves the camera.
+/// What moves the camera.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Motion {
-    /// Hands.
+    /// Mouse and keyboard.
     Free,
-    /// Hands, and their way is written down since.
+    /// Mouse and keyboard, recorded since this time.
     Recording(Instant),
-    /// The recorded way, since.
+    /// The recorded path, replayed since this time.
     Replaying(Instant),
 }
 
@@ -83,10 +83,10 @@ impl Viewer {
         }
     }
 
-    /// The frame of this moment for `size` (width, height) (px).
+    /// The current frame for `size` (width, height) (px).
     ///
     /// # Errors
-    /// When hands have set what cannot be.
+    /// When a setting is out of range.
     pub(super) fn frame(&self, size: (usize, usize)) -> Result<FrameParams> {
         let size = Size::new(size.0, size.1)?;
         let camera = self.orbit.camera(self.view.fov_y_deg.to_radians(), size, self.view.near)?;
@@ -97,7 +97,7 @@ impl Viewer {
             methods: self.methods,
             split: self.split,
             show: self.show,
-            // Who waits for scores does not wait for frames.
+            // While scores are pending, rays matter more than the frame rate.
             samples: if self.wants_scores { self.samples.max(16) } else { self.samples },
             traced: self.wants_scores,
         })
@@ -109,7 +109,7 @@ impl Viewer {
         (side(width), side(height))
     }
 
-    /// Moves the camera by what is held down or recorded.
+    /// Moves the camera by pressed keys or the recorded path.
     pub(super) fn advance(&mut self, since_last: Duration) {
         let now = Instant::now();
         match self.motion {
@@ -132,7 +132,7 @@ impl Viewer {
         }
     }
 
-    /// The keys of games: W A S D walk, Q and E sink and rise, shift hurries.
+    /// Moves by keys as in games: W A S D walk, Q and E move down and up, shift is faster.
     fn walk(&mut self, seconds: f32) {
         let held = |key| f32::from(u8::from(self.held.contains(&key)));
         let step = Vec3::new(
@@ -141,11 +141,11 @@ impl Viewer {
             held(KeyCode::KeyW) - held(KeyCode::KeyS),
         );
         let hurry = if self.held.contains(&KeyCode::ShiftLeft) { 4.0 } else { 1.0 };
-        // guess: what is looked at is reached within two seconds. A stalled frame is no leap.
+        // guess: the target is reached within two seconds. A stalled frame must not cause a jump.
         self.orbit.walk(step * hurry * 0.5 * self.orbit.distance * seconds.min(0.25));
     }
 
-    /// Begins or ends the record of a way; the one that has ended is to be saved.
+    /// Starts or stops recording a path; returns a finished one, to be saved.
     pub(super) fn toggle_record(&mut self) -> Option<&CameraPath> {
         if let Motion::Recording(_) = self.motion {
             self.motion = Motion::Free;
@@ -157,7 +157,7 @@ impl Viewer {
         None
     }
 
-    /// Begins or ends to go the recorded way.
+    /// Starts or stops replaying the recorded path.
     pub(super) fn toggle_replay(&mut self) {
         self.motion = match self.motion {
             Motion::Replaying(_) => Motion::Free,
@@ -169,13 +169,13 @@ impl Viewer {
         };
     }
 
-    /// Begins to read a dropped file.
+    /// Starts reading a dropped file.
     pub(super) fn open(&mut self, path: std::path::PathBuf) {
         self.message = format!("reading {}", path.display());
         self.loading = Some(Loading::start(path, &self.view));
     }
 
-    /// Takes a scene that has been read; true where there is a new one.
+    /// Takes a scene that has been read; returns whether there is a new one.
     pub(super) fn take_loaded(&mut self) -> bool {
         let Some(loaded) = self.loading.as_ref().and_then(Loading::poll) else { return false };
         let path = self.loading.take().map(|loading| loading.path).unwrap_or_default();
@@ -201,14 +201,14 @@ impl Viewer {
         self.motion = Motion::Free;
     }
 
-    /// Adds to the message what is missing of a scene's images.
+    /// Adds missing images of a scene to the message.
     pub(super) fn name_missing(&mut self, images: Option<String>) {
         let Some(images) = images else { return };
         let begin = if self.message.is_empty() { "" } else { "\n" };
         self.message += &format!("{begin}{images}");
     }
 
-    /// Shows an error to people.
+    /// Shows an error as the message.
     pub(super) fn complain(&mut self, error: &Error) {
         self.message = error.to_string();
     }

@@ -10,7 +10,7 @@ use aonet_scene::trace::Tracer;
 use aonet_scene::{Scene, View};
 use aonet_view::{FrameParams, Renderer};
 
-/// A device, or none, said so.
+/// A device, or none with a message.
 pub(crate) fn device() -> Option<Device> {
     match Device::wait_for() {
         Ok(device) => Some(device),
@@ -29,7 +29,7 @@ pub(crate) fn demo((width, height): (usize, usize)) -> (Tracer, View) {
     (Tracer::new(scene), View { width, height, ..view })
 }
 
-/// A scene and a view of it that the dataset could hold.
+/// A scene and a view of it that a dataset could contain.
 pub(crate) fn proposed(kind: Kind, size: (usize, usize)) -> (Tracer, View) {
     propose_view(&SceneSpec::procedural(kind, 3, SceneSplit::Train), size, 5).unwrap()
 }

@@ -22,10 +22,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-/// The scene of files that lie in no folder of their own.
+/// The scene of files that are not in a subfolder.
 const FLAT: &str = "imported";
 
-/// What is done with a file whose name is not in all three folders.
+/// Treatment of a file whose name is not in all three folders.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Unmatched {
     /// It is an error.
@@ -37,9 +37,9 @@ pub enum Unmatched {
 /// What to import, and how.
 ///
 /// A frame is three `.exr` files with one name: their path below the three folders without the extension. Where names
-/// differ, what all files of a folder have in common is taken off: a last `_word` of letters (`0001_normal`,
-/// `0001_depth`), else a first `word_`; `-` and `.` serve as `_` does. The first part of the name is the scene where it
-/// is a folder, else the scene is `imported`. Names that begin with a dot are passed over.
+/// differ, the word that all files of a folder share is removed: a last `_word` of letters (`0001_normal`,
+/// `0001_depth`), else a first `word_`; `-` and `.` separate words like `_`. If the first part of the name
+/// is a folder, it is the scene, else the scene is `imported`. Names that begin with a dot are ignored.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Import {
     /// Folder of the normals, in view space: +X right, +Y up, +Z towards the camera.
@@ -52,13 +52,13 @@ pub struct Import {
     pub rule: ImportRule,
     /// AO radius of every frame (world units).
     pub radius: f32,
-    /// What all frames are for.
+    /// The split of all frames.
     pub split: SceneSplit,
     /// Whether files without partners are an error.
     pub unmatched: Unmatched,
 }
 
-/// What an import did.
+/// Summary of an import.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ImportSummary {
     /// Frames imported.
@@ -71,13 +71,13 @@ pub struct ImportSummary {
 
 /// Writes every frame of `wanted` that `dir` does not hold yet, and the manifest.
 ///
-/// It may be killed at any moment and run again, as [`generate`](super::generate) may. Background is where the depth is
-/// 0, not finite or at least 1e9 (in half floats 65504), where the normal is shorter than one half, and where it is
+/// It can be killed at any moment and run again, like [`generate`](super::generate). Background is where the depth is
+/// 0, not finite or at least 1e9 (in half floats 65504), and where the normal is shorter than one half or
 /// stored as zero.
 ///
 /// # Errors
 /// Names the file, what was expected and what was found: a folder has no images or a file has no partners, an image is
-/// broken or of the wrong size or channels, normals are stored otherwise than the rule says or are not in view space,
+/// broken or of the wrong size or channels, normals are not stored as the rule says or are not in view space,
 /// visibility is not within [0, 1]. Also when a number is out of range, `dir` holds another dataset, or a file cannot be
 /// written.
 pub fn import(dir: &Path, wanted: &Import, on_event: &dyn Fn(Event)) -> Result<ImportSummary> {
@@ -106,7 +106,7 @@ pub fn import(dir: &Path, wanted: &Import, on_event: &dyn Fn(Event)) -> Result<I
     Ok(ImportSummary { made: missing.len(), kept: done.len(), skipped })
 }
 
-/// What the manifest says of a dataset of these files.
+/// The plan of a dataset of these files.
 fn plan(wanted: &Import, triples: &[Triple]) -> Result<DatasetPlan> {
     let folders: BTreeSet<Option<&str>> = triples.iter().map(|t| folder(&t.name)).collect();
     let scenes = folders.into_iter().map(|f| SceneSpec::imported(scene_name(f), wanted.split)).collect();
@@ -128,7 +128,7 @@ fn scene_name(folder: Option<&str>) -> String {
     folder.unwrap_or(FLAT).replace(|c| !is_name_char(c), "_")
 }
 
-/// Which frame every triple becomes, by the frame's file.
+/// The frame of every triple, by the frame's file.
 type Jobs<'a> = BTreeMap<String, (Job, &'a Triple)>;
 
 /// The frames of a scene are in the order of their names.

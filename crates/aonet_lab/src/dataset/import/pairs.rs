@@ -1,4 +1,4 @@
-//! Which files of three folders belong together.
+//! Matches the files of three folders.
 
 use super::{ImportedFrom, Unmatched};
 use aonet_scene::error::{Error, Result};
@@ -10,7 +10,7 @@ const SEPARATORS: [char; 3] = ['_', '-', '.'];
 
 /// The files of a frame: normals, depth, AO.
 pub(super) struct Triple {
-    /// What they are called below their folders, with `/` between its parts.
+    /// Their name below their folders, with `/` between its parts.
     pub(super) name: String,
     pub(super) files: [PathBuf; 3],
     bytes: [u64; 3],
@@ -22,7 +22,7 @@ impl Triple {
     }
 }
 
-/// What belongs together, by name.
+/// Matched files, sorted by name.
 pub(super) struct Pairs {
     /// At least one.
     pub(super) triples: Vec<Triple>,
@@ -37,7 +37,7 @@ type Found = (PathBuf, u64);
 type Files = BTreeMap<String, Found>;
 
 /// # Errors
-/// When a folder cannot be read or has no images, nothing belongs together, or a file has no partners and may not.
+/// When a folder cannot be read or has no images, no files match, or a file without partners is refused.
 pub(super) fn pair(folders: [&Path; 3], unmatched: Unmatched) -> Result<Pairs> {
     let mut listed = [Files::new(), Files::new(), Files::new()];
     for (files, folder) in listed.iter_mut().zip(folders) {
@@ -85,8 +85,8 @@ fn alone(files: &[Files; 3], folders: [&Path; 3]) -> Error {
     Error::request("files", "one without partners", "none")
 }
 
-/// Adds the images of a folder and of the folders in it, whose names follow `prefix`. Links to folders are not followed:
-/// they may lead back.
+/// Adds the images of a folder and of the folders in it, whose names follow `prefix`. Links to folders are not followed,
+/// because they may form a cycle.
 fn list(folder: &Path, prefix: &str, files: &mut Files) -> Result<()> {
     for entry in std::fs::read_dir(folder).map_err(Error::io(folder))? {
         let entry = entry.map_err(Error::io(folder))?;
@@ -113,7 +113,7 @@ fn list(folder: &Path, prefix: &str, files: &mut Files) -> Result<()> {
     Ok(())
 }
 
-/// Where the word stands that all files of a folder have in common.
+/// Position of the word that all files of a folder share.
 #[derive(Clone, Copy)]
 enum Affix {
     /// `_word` at the end.
@@ -123,7 +123,7 @@ enum Affix {
 }
 
 impl Affix {
-    /// The same files under names without the word, if they have one in common.
+    /// The files under names without their shared word, if they have one.
     fn taken_off(self, files: &Files) -> Files {
         let rest = |name: &str| -> Option<(String, String)> {
             let at = name.rfind('/').map_or(0, |slash| slash + 1);

@@ -1,4 +1,4 @@
-//! Imports of frames made here, and of files that are none.
+//! Imports of generated frames, and of invalid files.
 
 use super::super::fixtures::stack;
 use super::super::{Split, Work};
@@ -77,7 +77,7 @@ impl Desk {
         Self { wanted: Import { normal, depth, ao, rule, radius: 0.5, split, unmatched }, dir }
     }
 
-    /// With triples of sound files.
+    /// Triples of valid files.
     fn with(names: &[[&str; 3]]) -> Self {
         let desk = Self::new();
         for [normal, distance, visibility] in names {
@@ -180,7 +180,7 @@ impl Plane {
 fn background_is_told_by_depth_or_normal() {
     for hidden in [0.0, f32::NAN, f32::NEG_INFINITY, 1e9, 3e38] {
         let desk = Desk::with(&[same("0001")]);
-        // As in an image that has a colour everywhere: a normal does not say that there is something.
+        // As in an image with a colour everywhere: a normal alone does not make a pixel foreground.
         desk.write("normal/0001.exr", normals_without_background());
         desk.write("depth/0001.exr", depth(|d| if d.is_finite() { d } else { hidden }));
         assert_close(&desk.frame());
@@ -203,7 +203,7 @@ fn hidden_pixels(frame: &Frame) -> Vec<usize> {
     (0..SIZE.0 * SIZE.1).filter(|&i| !frame.gbuffer.is_foreground(i)).collect()
 }
 
-/// Normals that look at the viewer where there is nothing.
+/// Normals that point to the viewer on the background.
 fn normals_without_background() -> Vec<Plane> {
     let value = |n: &[f32; 3], c: usize| if *n == [0.0; 3] { [0.5, 0.5, 1.0][c] } else { 0.5 * n[c] + 0.5 };
     let axis = |(c, name)| halves(name, FRAME.gbuffer.normal().iter().map(|n| value(n, c)));

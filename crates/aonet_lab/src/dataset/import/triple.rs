@@ -1,4 +1,4 @@
-//! From the three images of a frame to the frame.
+//! Makes a frame from its three images.
 
 use super::{Import, NormalCoding};
 use crate::exr_file::{Channel, ExrFile};
@@ -12,10 +12,10 @@ use std::path::{Path, PathBuf};
 /// Normals shorter than this are background: an average over an edge keeps at least this much of its length.
 const MIN_LENGTH: f32 = 0.5;
 
-/// How far a unit normal may be from its length. guess: loose enough for half floats and 8-bit textures.
+/// Tolerance of a unit normal's length. guess: loose enough for half floats and 8-bit textures.
 const UNIT_TOLERANCE: f32 = 0.05;
 
-/// How far visibility may leave [0, 1], and is clamped. guess: what the filter of a renderer overshoots by.
+/// Tolerance of visibility outside [0, 1], which is clamped. guess: the overshoot of a renderer's filter.
 const OVERSHOOT: f32 = 0.1;
 
 /// Channels of an image.
@@ -23,14 +23,14 @@ struct Planes {
     size: (usize, usize),
     /// HxW values of each channel.
     values: Vec<Vec<f32>>,
-    /// Depth at and beyond which a pixel shows nothing.
+    /// Depth from which on a pixel is background.
     far_away: f32,
 }
 
 /// Width and height (px) of an image.
 ///
 /// # Errors
-/// When the file cannot be read or is none.
+/// When the file cannot be read or is not an image.
 pub(super) fn size(path: &Path) -> Result<(usize, usize)> {
     let bytes = std::fs::read(path).map_err(Error::io(path))?;
     Ok(ExrFile::open(&bytes).map_err(Error::in_file(path))?.size())
@@ -75,7 +75,7 @@ pub(super) fn read([normal, depth, ao]: &[PathBuf; 3], wanted: &Import) -> Resul
     Ok((frame, view))
 }
 
-/// A camera in the origin that looks along -Z: where it stood in its world is not known.
+/// A camera at the origin that looks along -Z, because its position in the world is unknown.
 fn view(wanted: &Import, (width, height): (usize, usize)) -> View {
     View {
         eye: [0.0; 3],
@@ -108,7 +108,7 @@ fn planes(
     Ok(Planes { size, values, far_away })
 }
 
-/// The one plane of an image, or that which all of its planes equal.
+/// The only plane of an image, or the value of its equal planes.
 fn grey(planes: &mut Planes, path: &Path) -> Result<Vec<f32>> {
     let first = std::mem::take(&mut planes.values[0]);
     for other in &planes.values[1..] {
@@ -122,7 +122,7 @@ fn grey(planes: &mut Planes, path: &Path) -> Result<Vec<f32>> {
     Ok(first)
 }
 
-/// Makes distances positive, and infinite at pixels that show nothing.
+/// Makes distances positive, and infinite on the background.
 fn find_background(distance: &mut [f32], far_away: f32) {
     for d in distance {
         let positive = d.abs();
@@ -137,7 +137,7 @@ fn decoded(raw: Vec3, coding: NormalCoding) -> Vec3 {
     }
 }
 
-/// Unit normals; zero on the background, which the depth then says as well.
+/// Makes normals unit length, and zero on the background; the depth becomes infinite there, too.
 fn unit_normals(raw: &[Vec3], distance: &mut [f32], coding: NormalCoding) -> Vec<[f32; 3]> {
     let unit = |(raw, d): (&Vec3, &mut f32)| {
         let normal = decoded(*raw, coding);
@@ -151,7 +151,7 @@ fn unit_normals(raw: &[Vec3], distance: &mut [f32], coding: NormalCoding) -> Vec
 }
 
 /// # Errors
-/// When the lengths of the vectors say that they are stored in another way.
+/// When the lengths of the vectors show that they are stored in another way.
 fn check_coding(raw: &[Vec3], distance: &[f32], coding: NormalCoding) -> aonet::Result<()> {
     let (other, stored, hint) = match coding {
         NormalCoding::Encoded => (NormalCoding::Plain, "colours, n/2 + 1/2", "vectors as they are, `plain`"),
