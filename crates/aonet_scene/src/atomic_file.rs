@@ -1,4 +1,4 @@
-//! Files that appear whole or not at all.
+//! Files that are written completely or not at all.
 
 use crate::error::{Error, Result};
 use std::fs::File;
@@ -6,10 +6,10 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 
 /// Writes `bytes` under a temporary name in the folder of `path`, then renames it to `path`.
-/// A file that was there before is replaced; a device or pipe is written to.
+/// An existing file is replaced; a device or pipe is written to.
 ///
 /// # Errors
-/// When the folder or the disk refuses; nothing is left behind then, and an older file stays as it was.
+/// When the file cannot be written; no partial file remains, and an older file does not change.
 pub fn write(path: &Path, bytes: &[u8]) -> Result<()> {
     if path.metadata().is_ok_and(|m| !m.is_file() && !m.is_dir()) {
         let opened = File::options().write(true).open(path);

@@ -1,4 +1,4 @@
-//! What traces the reference: this machine's cores or a graphics processor.
+//! Backends that trace the reference: this machine's cores or a graphics processor.
 
 use crate::Result;
 use crate::gbuffer::Surface;
@@ -19,7 +19,7 @@ pub enum Backend {
     Gpu(Box<aonet::gpu::Device>),
 }
 
-/// A scene, ready for the rays of references.
+/// A scene, prepared for the rays of references.
 #[derive(Debug)]
 pub enum Rays<'a> {
     /// In main memory.
@@ -30,7 +30,7 @@ pub enum Rays<'a> {
 }
 
 impl Backend {
-    /// What computes: `cpu`, or the name of the adapter.
+    /// Name of the backend: `cpu`, or the name of the adapter.
     pub fn name(&self) -> &str {
         match self {
             Self::Cpu => "cpu",
@@ -39,7 +39,7 @@ impl Backend {
         }
     }
 
-    /// The scene of `tracer`, where this backend can see it.
+    /// Prepares the scene of `tracer` for this backend.
     ///
     /// # Errors
     /// When it is too large for a device.
@@ -53,7 +53,7 @@ impl Backend {
 }
 
 impl Rays<'_> {
-    /// [`reference_ao`] here: the same image up to rounding.
+    /// [`reference_ao`] on this backend: the same image up to rounding.
     ///
     /// # Errors
     /// As [`reference_ao`]; also when a device is lost or too small for the image.

@@ -1,35 +1,35 @@
-//! The error of this crate: everything of [`aonet::Error`], and files.
+//! The error of this crate: all of [`aonet::Error`], and errors about files.
 
 use std::path::{Path, PathBuf};
 
-/// Why an offline operation could not be done.
+/// Why an operation failed.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// The operating system refused something about a file.
+    /// The operating system reports an error about a file.
     #[error("{}: {cause}", path.display())]
     Io {
         /// The file.
         path: PathBuf,
-        /// What the system said.
+        /// The system's error.
         cause: std::io::Error,
     },
-    /// A file that does not hold what it should.
+    /// A file with unexpected contents.
     #[error("{}: expected {expected}, found {found}", path.display())]
     File {
         /// The file.
         path: PathBuf,
-        /// What the format or the command asks for.
+        /// What the format or the command expects.
         expected: String,
-        /// What the file holds.
+        /// What the file contains.
         found: String,
     },
-    /// A value that the `aonet` crate refused; with the file it came from.
+    /// A value from a file that the `aonet` crate refused.
     #[error("{}: {cause}", path.display())]
     InFile {
         /// The file.
         path: PathBuf,
-        /// What was refused.
+        /// The refusal.
         cause: aonet::Error,
     },
     /// A value that the `aonet` crate refused.
@@ -38,11 +38,11 @@ pub enum Error {
     /// A request that cannot be met.
     #[error("{what}: expected {expected}, found {found}")]
     Request {
-        /// The thing asked for.
+        /// The requested thing.
         what: String,
         /// What is possible.
         expected: String,
-        /// What was asked or found.
+        /// What was requested or found.
         found: String,
     },
 }

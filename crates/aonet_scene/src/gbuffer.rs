@@ -6,25 +6,25 @@ use aonet::{Camera, GBuffer};
 use glam::{DVec3, Vec3, Vec3A};
 use rayon::prelude::*;
 
-/// What primary rays found: the G-buffer, and what only the reference may know.
+/// The result of primary rays: the G-buffer, and data that only the reference may use.
 #[derive(Debug, Clone)]
 pub struct Surface {
     /// Depth and shading normals, view space.
     pub gbuffer: GBuffer,
     /// HxW geometric normals, view space, towards the viewer; zero on the background.
     pub geo_normal: Vec<[f32; 3]>,
-    /// HxW whether the visible side is the back of its triangle by winding; false on the background.
+    /// HxW: true where the visible side is the back of its triangle by winding; false on the background.
     pub backface: Vec<bool>,
-    /// HxW index into [`Scene::triangle`] of what is seen; [`NO_TRIANGLE`] on the background.
+    /// HxW index of the visible triangle in [`Scene::triangle`]; [`NO_TRIANGLE`] on the background.
     pub triangle: Vec<u32>,
 }
 
-/// What [`Surface::triangle`] holds on the background.
+/// Value of [`Surface::triangle`] on the background.
 pub const NO_TRIANGLE: u32 = u32::MAX;
 
 impl Surface {
     /// # Errors
-    /// When an array has not a value a pixel, or a pixel of the foreground shows no triangle of `scene`.
+    /// When an array's length is not the number of pixels, or a pixel of the foreground shows no triangle of `scene`.
     pub(crate) fn check_of(&self, scene: &Scene) -> Result<()> {
         let (pixels, triangles) = (self.gbuffer.depth().len(), scene.triangle.len());
         let found = (self.triangle.len(), self.geo_normal.len());
@@ -118,7 +118,7 @@ fn cast(tracer: &Tracer, camera: &Camera, far: f32, (x, y): (usize, usize)) -> P
     }
 }
 
-/// World-space unit normal on the side from which `triangle` is counter-clockwise; zero where it has no area.
+/// World-space unit normal on the side from which `triangle` is counter-clockwise; zero if it has no area.
 pub(crate) fn geometric_normal(scene: &Scene, triangle: u32) -> DVec3 {
     let [a, b, c] = corners(scene, triangle).map(|p| p.as_dvec3());
     (b - a).cross(c - a).normalize_or_zero()

@@ -1,4 +1,4 @@
-//! Scenes and what rays find in them: glTF and procedural scenes, cameras, G-buffers and the ray-traced reference AO.
+//! Scenes and ray tracing: glTF and procedural scenes, cameras, G-buffers and the ray-traced reference AO.
 
 pub mod atomic_file;
 pub mod backend;

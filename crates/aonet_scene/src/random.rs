@@ -1,4 +1,4 @@
-//! Random numbers that depend on what is asked for, not on when: a key goes in, a stream comes out.
+//! Random numbers that depend on a key only, not on the order of calls.
 
 use aonet::random::SplitMix64;
 use glam::Vec3;
@@ -8,7 +8,7 @@ use glam::Vec3;
 pub struct Random(SplitMix64);
 
 impl Random {
-    /// The stream of a seed alone.
+    /// The stream of a seed.
     pub fn new(seed: u64) -> Self {
         Self(SplitMix64::new(seed))
     }

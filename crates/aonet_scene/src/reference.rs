@@ -1,4 +1,4 @@
-//! Ray-traced ambient occlusion: the truth that everything else is measured against.
+//! Ray-traced ambient occlusion: the reference for all methods.
 
 use crate::gbuffer::{Surface, corners, geometric_normal};
 use crate::trace::{FAN, Fan, Tracer};
@@ -8,7 +8,7 @@ use aonet::{AoImage, AoParams};
 use glam::{DVec3, Mat3A, Vec3A};
 use rayon::prelude::*;
 
-/// How finely the reference is sampled.
+/// Sampling of the reference.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Sampling {
     /// Rays per pixel, > 0.
@@ -17,7 +17,7 @@ pub struct Sampling {
     pub seed: u64,
 }
 
-/// Most rays a pixel.
+/// Most rays per pixel.
 pub const MAX_SPP: u32 = 1 << 20;
 
 impl Sampling {
@@ -30,10 +30,10 @@ impl Sampling {
 }
 
 /// AO(p) = 1/N sum V(p, w_i), cosine-weighted about the shading normal, on all cores.
-/// `progress` is called now and then with the number of rays traced since its last call.
+/// `progress` is called from time to time with the number of rays traced since its last call.
 ///
 /// # Errors
-/// When `spp` is 0 or above [`MAX_SPP`], the radius is out of range, or `surface` shows triangles that `tracer`'s scene has not.
+/// When `spp` is 0 or above [`MAX_SPP`], the radius is out of range, or `surface` shows triangles that `tracer`'s scene lacks.
 pub fn reference_ao(
     tracer: &Tracer,
     surface: &Surface,
@@ -102,13 +102,13 @@ fn above(scene: &Scene, triangle: u32, (position, geo_normal): (Vec3A, Vec3A)) -
     (on_plane + towards(exact, geo_normal) * distance).as_vec3a()
 }
 
-/// `normal` or its opposite, whichever is on the side of `side`.
+/// `normal` or its opposite: the one on the side of `side`.
 fn towards(normal: DVec3, side: Vec3A) -> DVec3 {
     if normal.dot(side.as_dvec3()) < 0.0 { -normal } else { normal }
 }
 
-/// Points of the unit disk in a spiral; above each one of them on the hemisphere is a direction, and so
-/// distributed they are cosine-weighted (Malley's method).
+/// Points of the unit disk in a spiral. The directions on the hemisphere above them are cosine-weighted
+/// (Malley's method).
 // Vogel 1979: equal areas, successive angles the golden angle apart.
 struct Disk {
     seed: u64,
@@ -162,7 +162,7 @@ impl Disk {
     }
 }
 
-/// Makes neighbours of points that are close to each other, in groups of `group`: rays that go the same way
+/// Sorts points so that groups of `group` are close to each other: rays with similar directions
 /// meet the same nodes.
 fn cluster(points: &mut [Spoke], level: usize, group: usize) {
     if points.len() <= group {

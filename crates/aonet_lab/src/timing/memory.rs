@@ -1,4 +1,4 @@
-//! How much memory this process has needed, where the system tells (Linux).
+//! Peak memory of this process, if the system reports it (Linux).
 
 /// Largest resident size of this process (MiB) since it started, or since [`reset_peak`].
 pub fn peak_mib() -> Option<f64> {
@@ -7,10 +7,10 @@ pub fn peak_mib() -> Option<f64> {
     Some(line.split_whitespace().nth(1)?.parse::<f64>().ok()? / 1024.0)
 }
 
-/// Forgets what was before, so that [`peak_mib`] speaks of what follows. Where the system does not allow it, a peak is that
-/// of the whole life of the process: too high, never too low.
+/// Resets the peak, so that [`peak_mib`] covers the time from now on. If the system does not allow it, a peak covers
+/// the whole life of the process: it may be too high, never too low.
 pub fn reset_peak() {
-    // proc_pid_clear_refs(5): 5 sets the peak to the size of now.
+    // proc_pid_clear_refs(5): 5 sets the peak to the current size.
     let _ = std::fs::write("/proc/self/clear_refs", "5");
 }
 

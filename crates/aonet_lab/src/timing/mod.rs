@@ -1,6 +1,6 @@
-//! How long methods take on this machine, and what the machine could do at best.
+//! Run-times of methods on this machine, and the machine's peak rates.
 //!
-//! What is timed is a frame whose buffers are in memory: features, network and clamping.
+//! A time is that of a frame whose buffers are in memory: features, network and clamping.
 
 #[cfg(feature = "gpu")]
 pub mod gpu;
@@ -80,7 +80,7 @@ pub fn time(model: &Model, size: (usize, usize), options: Options, runs: usize) 
     Ok(Times { features_ms: median(&mut features_ms), session_bytes: session.memory_bytes(), ..times })
 }
 
-/// Times a classic method as [`time`] does a network; memory is not counted.
+/// Times a classic method, as [`time`] times a network; memory is not counted.
 ///
 /// # Errors
 /// When a side or a parameter is out of range.
@@ -125,7 +125,7 @@ pub fn time_steps(model: &Model, size: (usize, usize), options: Options, runs: u
     Ok(by_step.iter_mut().map(|times| median(times)).collect())
 }
 
-/// A model that integers can be used with. One that does not know its ranges gets those of a synthetic frame: good enough for
+/// A model that can run in int8. A model without ranges gets those of a synthetic frame, which are good enough for
 /// times, not for images.
 ///
 /// # Errors
@@ -163,14 +163,14 @@ fn bump(width: usize, height: usize) -> Result<GBuffer> {
     Ok(GBuffer::new(camera, depth, normal)?)
 }
 
-/// The middle of `values`, which are put in order; the mean of the middle two where their number is even.
+/// The median of `values`, which are sorted; the mean of the middle two if their number is even.
 pub(crate) fn median(values: &mut [f64]) -> f64 {
     values.sort_by(f64::total_cmp);
     let n = values.len();
     0.5 * (values[(n - 1) / 2] + values[n / 2])
 }
 
-/// Name of the processor, where the system tells, else of its architecture.
+/// Name of the processor if the system reports it, else of its architecture.
 pub fn device() -> String {
     let cpuinfo = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
     let name = cpuinfo.lines().find(|l| l.starts_with("model name")).and_then(|l| l.split_once(':'));
@@ -191,7 +191,7 @@ mod tests {
     fn every_step_has_its_own_time() {
         let model = model(ModelConfig { encoder: vec![16, 16], decoder: vec![16], ..ModelConfig::paper() });
         let options = Options::default();
-        // Whatever else the machine does, the steps of one run do not take longer than the whole call.
+        // The steps of one run never take longer than the whole call.
         let start = Instant::now();
         let steps = time_steps(&model, (320, 200), options, 1).unwrap();
         let whole_ms = start.elapsed().as_secs_f64() * 1e3;

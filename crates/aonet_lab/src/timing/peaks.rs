@@ -1,4 +1,4 @@
-//! What this machine can do at most, measured: multiplications, and copies beyond the caches.
+//! Measured peak rates of this machine: multiplications, and copies beyond the caches.
 
 use aonet::net::cpu::{Options, multiply_add};
 use aonet_scene::Result;
@@ -6,7 +6,7 @@ use std::hint::black_box;
 use std::sync::Barrier;
 use std::time::Instant;
 
-/// Multiplications of each sum in a round: a few milliseconds, of which one will not be disturbed.
+/// Multiplications of each sum in a round: a few milliseconds, short enough that some round is undisturbed.
 const MULTIPLICATIONS: u32 = 1 << 20;
 
 /// Values that a round copies, all threads together: source and target are larger than the caches of most machines.
@@ -31,7 +31,7 @@ impl Peaks {
     /// When the machine does not have the instructions.
     pub fn measure(options: Options) -> Result<Self> {
         let threads = options.threads.max(1);
-        // What the machine does not have is found out here; the rounds leave nothing to fail.
+        // Missing instructions are reported here; the rounds cannot fail.
         multiply_add(options, 1)?;
         let multiply = |_: &mut ()| multiply_add(options, MULTIPLICATIONS).unwrap_or(0.0);
         let gflop_per_s = best(vec![(); threads], ROUNDS[0], &multiply);
@@ -46,14 +46,14 @@ impl Peaks {
     }
 }
 
-/// The best rate of some rounds (1e9/s) of what `work` says that it did, by one thread for each of `states`.
+/// The best rate of some rounds (1e9/s), from the amounts that `work` returns, by one thread for each of `states`.
 fn best<T: Send>(mut states: Vec<T>, rounds: usize, work: &(dyn Fn(&mut T) -> f64 + Sync)) -> f64 {
     let barrier = Barrier::new(states.len());
     let round = |state: &mut T| {
         barrier.wait();
         let start = Instant::now();
         let done = work(state);
-        // All of them: a thread that is done early has not made the machine faster.
+        // The slowest thread counts: one that is done early does not make the machine faster.
         barrier.wait();
         done / start.elapsed().as_secs_f64() / 1e9
     };

@@ -8,7 +8,7 @@ use safetensors::tensor::{Dtype, SafeTensors, TensorView};
 use std::collections::{BTreeMap, HashMap};
 use std::path::Path;
 
-/// Everything that the next step depends on besides configuration and data.
+/// The state that the next step depends on, besides configuration and data.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct State {
     pub(crate) weights: Weights,

@@ -1,4 +1,4 @@
-//! What a training run is: a JSON file that, with a dataset and a seed, gives the same weights again.
+//! The configuration of a training run: a JSON file that, with a dataset and a seed, determines the weights.
 
 use super::ssim::LEAST_MS_SSIM_SIDE;
 use aonet::net::ModelConfig;
@@ -6,7 +6,7 @@ use aonet_scene::error::{Error, Result};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
-/// A training run. AO-Net §3.4 and §4.1 where the paper speaks.
+/// A training run, as in AO-Net §3.4 and §4.1.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TrainConfig {
@@ -14,11 +14,11 @@ pub struct TrainConfig {
     pub model: ModelConfig,
     /// Optimiser steps.
     pub steps: u64,
-    /// Crops a step. The paper: 16.
+    /// Crops per step. The paper: 16.
     pub batch: usize,
     /// Side of the square crops (px); a multiple of the network's alignment.
     pub crop: usize,
-    /// How gradients become changes of the weights.
+    /// The optimiser.
     #[serde(default)]
     pub optimizer: Optimizer,
     /// Learning rate at the first step; decays to zero along a half cosine. The paper: 1e-3.
@@ -31,13 +31,13 @@ pub struct TrainConfig {
     pub seed: u64,
     /// Steps between validations.
     pub validate_every: u64,
-    /// Most validation frames looked at, evenly spread over the split.
+    /// Most validation frames, evenly spread over the split.
     pub validation_frames: usize,
     /// Steps between checkpoints.
     pub checkpoint_every: u64,
 }
 
-/// How gradients become changes of the weights.
+/// The optimiser.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Optimizer {
@@ -50,11 +50,11 @@ pub enum Optimizer {
 }
 
 /// Eq. 5: `perceptual` is lambda_1, `dssim` is lambda_2. `l1` is ours: SSIM and VGG are weak on absolute brightness.
-/// `ms_ssim` and `ssim_window` are for other people's networks. By default every term is off.
+/// `ms_ssim` and `ssim_window` are for other authors' networks. By default every term is off.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct LossConfig {
-    /// Weight of 0.5 (1 - SSIM), Eq. 3. The paper: 0.94. Deep Shading: 2, and nothing else.
+    /// Weight of 0.5 (1 - SSIM), Eq. 3. The paper: 0.94. Deep Shading: 2, without other terms.
     pub dssim: f64,
     /// Weight of the VGG-19 distance, Eq. 4; needs a weights file at run time. The paper: 0.06.
     pub perceptual: f64,
@@ -70,7 +70,7 @@ pub struct LossConfig {
     pub ssim_window: SsimWindow,
 }
 
-/// What SSIM looks through.
+/// Window of SSIM.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum SsimWindow {
@@ -87,7 +87,7 @@ pub enum SsimWindow {
 pub struct Augment {
     /// Mirror every other crop left to right.
     pub mirror: bool,
-    /// Share of the crops that are rolled by 90, 180 or 270 degrees, in [0, 1].
+    /// Share of the crops that are rotated by 90, 180 or 270 degrees, in [0, 1].
     pub roll: f64,
 }
 
@@ -126,10 +126,10 @@ impl TrainConfig {
         config.checked()
     }
 
-    /// The configuration after a check of every field.
+    /// Returns the configuration after a check of every field.
     ///
     /// # Errors
-    /// Names the field, what it accepts and what it holds.
+    /// Names the field, its valid values and its value.
     pub fn checked(self) -> Result<Self> {
         let graph = aonet::net::Graph::new(&self.model)?;
         let at_least_one = |name: &str, value: u64| match value {

@@ -9,7 +9,7 @@ use aonet::net::Features;
 use aonet_scene::error::{Error, Result};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// Datasets to train on. What was read last stays in memory for the next run that wants the same of them.
+/// Datasets to train on. The last frames read stay in memory for the next run with the same choice.
 pub struct Frames<'a> {
     manifests: &'a [Manifest],
     held: Option<(Wanted, Loaded)>,
@@ -23,7 +23,7 @@ pub(crate) struct Loaded {
     pub(crate) mean_visibility: f32,
 }
 
-/// All of a configuration that decides what is read.
+/// The part of a configuration that determines which frames are read.
 #[derive(PartialEq)]
 struct Wanted {
     features: Features,
@@ -32,12 +32,12 @@ struct Wanted {
 }
 
 impl<'a> Frames<'a> {
-    /// Nothing is read before a run asks for it.
+    /// Creates the datasets; a run reads the frames.
     pub fn new(manifests: &'a [Manifest]) -> Self {
         Self { manifests, held: None }
     }
 
-    /// What `config` wants, from memory if it is there.
+    /// The frames for `config`, from memory if they are the last ones.
     ///
     /// # Errors
     /// When a frame is broken or smaller than the crop, or a split has none.

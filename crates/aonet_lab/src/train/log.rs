@@ -1,4 +1,4 @@
-//! What a run leaves behind for people: `log.jsonl`, `curves.svg`, models.
+//! Output files of a run: `log.jsonl`, `curves.svg`, models.
 
 use super::step::Losses;
 use super::validate::Scores;
@@ -12,7 +12,7 @@ use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-/// One JSON object a line: a training step (`loss`) or a validation (`val_loss`).
+/// One JSON object per line: a training step (`loss`) or a validation (`val_loss`).
 pub(crate) struct Log {
     dir: PathBuf,
     lines: Vec<Value>,

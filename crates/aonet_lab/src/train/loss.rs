@@ -22,7 +22,7 @@ pub(crate) struct Terms {
 }
 
 impl Loss {
-    /// `side` is that of the square images (px). Without `vgg` the perceptual term is off.
+    /// `side` is the side of the square images (px). Without `vgg` the perceptual term is off.
     pub(crate) fn new(config: &LossConfig, side: usize, vgg: Option<Vgg>, device: &Device) -> Self {
         let window = match config.ssim_window {
             SsimWindow::Gaussian11 => Window::gaussian11(side, device),

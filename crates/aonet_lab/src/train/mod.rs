@@ -1,6 +1,6 @@
 //! Training: crops of a dataset in, a model file out. AO-Net §3.4 and §4.1.
 //!
-//! The loop reads top to bottom: draw crops, loss and gradients, a step of the optimiser, now and then validate and save.
+//! The loop reads top to bottom: draw crops, loss and gradients, a step of the optimiser, from time to time validate and save.
 //! A run directory holds `config.json`, `log.jsonl`, `checkpoint.safetensors` (exact state), `best.safetensors`
 //! and `last.safetensors` (models) and `curves.svg`.
 
@@ -41,7 +41,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 use step::Stepper;
 
-/// Where a run computes.
+/// Device of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum TrainDevice {
     /// The CPU, with this many workers.
@@ -54,7 +54,7 @@ pub enum TrainDevice {
     Cuda,
 }
 
-/// What a run needs besides its configuration.
+/// Options of a run besides its configuration.
 #[derive(Debug, Clone)]
 pub struct TrainRun {
     /// Folder of the run; made if missing, resumed if it holds a checkpoint.
@@ -65,11 +65,11 @@ pub struct TrainRun {
     pub device: TrainDevice,
     /// Stop with a checkpoint after this time; the run can be resumed.
     pub time_limit: Option<Duration>,
-    /// What to write into the model: dataset, radius, command, commit. The rest is filled in.
+    /// Facts to record in the model: dataset, radius, command, commit. The rest is filled in.
     pub facts: TrainingFacts,
 }
 
-/// News of a run, for a progress bar.
+/// Events of a run, for a progress bar.
 #[derive(Debug, Clone, PartialEq)]
 pub enum TrainEvent {
     /// A frame was read: this many of so many.
@@ -82,7 +82,7 @@ pub enum TrainEvent {
     NoPerceptualTerm,
 }
 
-/// Who is told the news.
+/// Callback for events.
 pub type TrainEvents<'a> = &'a (dyn Fn(TrainEvent) + Sync);
 
 /// Trains until `config.steps` or the time limit. Returns the number of steps taken so far.
@@ -98,7 +98,7 @@ pub fn train(
     train_on(config, &mut Frames::new(manifests), run, events)
 }
 
-/// [`train`] on frames that the run before may have read already.
+/// [`train`] on frames that the previous run may have read already.
 ///
 /// # Errors
 /// As [`train`].
@@ -148,7 +148,7 @@ pub fn train_on(
 /// The exact state of a run inside its folder.
 const CHECKPOINT: &str = "checkpoint.safetensors";
 
-/// What stays the same from the first step of a run to the last.
+/// Parts of a run that do not change between steps.
 struct Course<'a> {
     config: &'a TrainConfig,
     frames: &'a Loaded,
@@ -214,7 +214,7 @@ fn claim_dir(dir: &Path, config: &TrainConfig) -> Result<()> {
     aonet_scene::atomic_file::write(&path, json.as_bytes())
 }
 
-/// Whether the folder is a run of this configuration; another one is an error, none is not.
+/// Whether the folder contains a run of this configuration; a run of another configuration is an error.
 fn check_dir(dir: &Path, config: &TrainConfig) -> Result<bool> {
     let path = dir.join("config.json");
     if !path.exists() {

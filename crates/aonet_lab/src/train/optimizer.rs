@@ -12,9 +12,9 @@ pub(crate) type Gradients = BTreeMap<String, Vec<f32>>;
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Moments {
     pub(crate) step: u64,
-    /// Adam: of the gradients. AdaDelta: of the squared changes, before the learning rate.
+    /// Adam: mean of the gradients. AdaDelta: mean of the squared changes, before the learning rate.
     pub(crate) mean: Gradients,
-    /// Of the squared gradients.
+    /// Mean of the squared gradients.
     pub(crate) square: Gradients,
 }
 

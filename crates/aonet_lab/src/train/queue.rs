@@ -1,4 +1,4 @@
-//! Many runs one after another: every configuration of a folder, with every seed.
+//! A queue of runs: every configuration of a folder, with every seed.
 
 use super::{Frames, Scores, TrainConfig, TrainEvent, TrainRun, check_dir, checkpoint, log, train_on};
 use aonet_scene::error::{Error, Result};
@@ -6,18 +6,18 @@ use serde::Serialize;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-/// A run that waits for its turn.
+/// A run in the queue.
 #[derive(Debug, Clone, PartialEq)]
 pub struct QueuedRun {
     /// Name of its folder: the configuration file's, with the seed if it is not the file's own.
     pub name: String,
-    /// What to train.
+    /// Its configuration.
     pub config: TrainConfig,
     /// Its folder.
     pub dir: PathBuf,
 }
 
-/// Which of a folder's configurations to train, and how often.
+/// The configurations of a folder to train, and their seeds.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Selection {
     /// Seeds, in this order; each configuration's own if empty.
@@ -31,26 +31,26 @@ pub struct Selection {
 pub enum QueueEnd {
     /// It was finished before.
     Skipped,
-    /// It was trained up to this step: its last one, or where the time was over.
+    /// It was trained up to this step: its last one, or the step at the time limit.
     Trained(u64),
-    /// The time was over before its turn.
+    /// The time limit came before it started.
     NotStarted,
-    /// It could not go on.
+    /// It failed.
     Failed(Error),
 }
 
-/// News of a queue.
+/// Events of a queue.
 #[derive(Debug)]
 pub enum QueueEvent<'a> {
-    /// A run begins, or goes on from this step.
+    /// A run starts, or continues from this step.
     Started(u64),
-    /// News of the run.
+    /// An event of the run.
     Of(TrainEvent),
     /// A run ended.
     Ended(&'a QueueEnd),
 }
 
-/// What a run has come to.
+/// Summary of a run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct RunSummary {
     /// Name of the run.
@@ -66,7 +66,7 @@ pub struct RunSummary {
 }
 
 impl QueuedRun {
-    /// What the run has come to, from its folder.
+    /// The summary of the run in its folder.
     ///
     /// # Errors
     /// When its checkpoint is broken or its log cannot be read.
@@ -78,7 +78,7 @@ impl QueuedRun {
 }
 
 /// The runs of every `*.json` in `configs`, by name; all with the first seed, then all with the next. Nothing is
-/// written: what is found wrong here has cost no time.
+/// written, so errors are found before any training.
 ///
 /// # Errors
 /// When a configuration is broken, none is left, or a folder in `runs` belongs to another one or holds a broken run.
@@ -124,8 +124,8 @@ fn load_configs(dir: &Path, only: &[String]) -> Result<Vec<(String, TrainConfig)
     named.into_iter().map(|(name, path)| Ok((name, TrainConfig::load(&path)?))).collect()
 }
 
-/// Trains the runs in order. A run that fails does not keep the others from their turn. `run` says how; its folder is
-/// not used, and its time limit is that of the whole queue.
+/// Trains the runs in order. A failed run does not stop the others. `run` has the options; its folder is
+/// not used, and its time limit applies to the whole queue.
 pub fn train_all(
     queue: &[QueuedRun],
     frames: &mut Frames,

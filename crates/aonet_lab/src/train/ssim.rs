@@ -76,7 +76,7 @@ impl Factors {
         self.luminance.0 * self.structure.0 / (self.luminance.1 * self.structure.1)
     }
 
-    /// Without the luminance: contrast and structure.
+    /// The mean without the luminance: contrast and structure.
     fn contrast_structure(self) -> Tensor<4> {
         self.structure.0 / self.structure.1
     }
@@ -170,7 +170,7 @@ mod tests {
         product
     }
 
-    /// Two images that are alike up to `noise`, of values that f32 holds.
+    /// Two images that are equal up to `noise`, with values that f32 represents exactly.
     fn pair(side: usize, noise: f64) -> (Vec<f64>, Vec<f64>) {
         let mut state = 7u64;
         let mut random = || {

@@ -21,13 +21,13 @@ pub(crate) struct Losses {
     pub(crate) l1: f64,
 }
 
-/// What turns crops into gradients: fixed for a run.
+/// Computes gradients from crops; fixed for a run.
 pub(crate) struct Stepper<'a> {
     pub(crate) graph: &'a Graph,
     pub(crate) loss: &'a Loss,
     pub(crate) device: &'a Device,
-    /// One single-threaded pool a worker: crops go side by side, each small enough for the caches, and the
-    /// framework's own threading stays out of the way. Empty: the whole batch at once, for a GPU.
+    /// One single-threaded pool per worker: crops run in parallel, each small enough for the caches, and without the
+    /// framework's own threads. Empty: the whole batch at once, for a GPU.
     pub(crate) workers: &'a [rayon::ThreadPool],
     /// Side of the crops (px).
     pub(crate) side: usize,
@@ -112,8 +112,8 @@ fn mean(results: Vec<(Losses, Gradients)>) -> (Losses, Gradients) {
     (losses, sum)
 }
 
-/// What inference clamps away must not count as an error: most of a frame is fully open, and there a network that may
-/// overshoot 1 gives a flat image where one that must hit 1 gives noise. A little slope is left to come back by.
+/// Values that inference clamps must not count as errors. Most of a frame is fully open: a network that may overshoot 1
+/// gives a flat image there, one that must produce exactly 1 gives noise. A small slope keeps a gradient.
 fn leaky_clamp(visibility: Tensor<4>, leak: f64) -> Tensor<4> {
     let inside = visibility.clone().clamp(0.0, 1.0);
     inside.clone() + (visibility - inside) * leak

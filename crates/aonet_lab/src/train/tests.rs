@@ -1,4 +1,4 @@
-//! The trainer against the oracle, the runtime, finite differences and itself.
+//! Compares the trainer with the oracle, the runtime, finite differences and itself.
 
 use super::loss::Loss;
 use super::net::Kernels;

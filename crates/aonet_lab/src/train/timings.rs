@@ -1,4 +1,4 @@
-//! Time of a step, for whoever changes what takes it: `cargo test --release -p aonet_lab --features train --lib
+//! Times of a step, for developers: `cargo test --release -p aonet_lab --features train --lib
 //! timings -- --ignored --nocapture --test-threads 1`.
 
 use super::LossConfig;
@@ -11,8 +11,8 @@ use burn::tensor::Device;
 const SIDE: usize = 256;
 const BATCH: usize = 4;
 
-/// Seconds that this process has had a core, on Linux, where a second has a hundred ticks. Others compute here too:
-/// the clock on the wall is theirs.
+/// Processor time of this process (s), on Linux, where a second has a hundred ticks. Wall-clock time would include
+/// waiting for other programs.
 fn cpu_seconds() -> f64 {
     let stat = std::fs::read_to_string("/proc/self/stat").unwrap();
     let (_, fields) = stat.rsplit_once(')').unwrap();

@@ -27,7 +27,7 @@ impl Scores {
     }
 }
 
-/// Validation frames in memory, run by the CPU runtime: what ships is what is scored.
+/// Validation frames in memory. The CPU runtime runs them, so scores are those of the shipped program.
 pub(crate) struct Validation {
     frames: Vec<(GBuffer, AoParams, AoImage)>,
 }

@@ -83,7 +83,7 @@ impl Vgg {
     /// Sum over the compared layers of the root mean square difference of activations; images are Bx1xHxW in [0, 1].
     pub(crate) fn distance(&self, x: Tensor<4>, y: Tensor<4>) -> Tensor<1> {
         let grey = |image: Tensor<4>| self.features(image.repeat_dim(1, 3));
-        // Nothing is learned from the target's side: it leaves no tape.
+        // The target needs no gradient, so it is not on the tape.
         let distances = grey(x).into_iter().zip(grey(y.inner())).map(|(x, y)| {
             let difference = x - y;
             ((difference.clone() * difference).mean() + 1e-12).sqrt()

@@ -1,4 +1,4 @@
-//! The AO texture: a render pass, because few formats of one channel can be written by other shaders.
+//! Writes the AO texture by a render pass, because compute shaders can write few formats of one channel.
 
 use super::memory::{Context, Ring};
 use super::program::{self, Sees};

@@ -1,4 +1,4 @@
-// The AO texture from the open rays of each pixel. CPU twin: the end of Disk::visibility in reference.rs.
+// Computes the AO texture from the open rays of each pixel. CPU twin: the end of Disk::visibility in reference.rs.
 
 struct Image {
     width: u32,

@@ -11,10 +11,10 @@ pub(super) struct Context {
 }
 
 impl Context {
-    /// A buffer that shaders see as storage.
+    /// A storage buffer.
     ///
     /// # Errors
-    /// When it is larger than a shader may see.
+    /// When it is larger than the device's largest storage binding.
     pub(super) fn storage(&self, label: &str, bytes: usize) -> Result<wgpu::Buffer> {
         let limits = self.device.limits();
         let most = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
@@ -26,10 +26,10 @@ impl Context {
         Ok(self.buffer(label, bytes, wgpu::BufferUsages::STORAGE | copy))
     }
 
-    /// The same with contents, some words of 32 bits; of one zero where they are none.
+    /// A storage buffer with contents: words of 32 bits, or a single zero if there are none.
     ///
     /// # Errors
-    /// When they are more than a shader may see.
+    /// When it is larger than the device's largest storage binding.
     pub(super) fn filled(&self, label: &str, contents: &[u8]) -> Result<wgpu::Buffer> {
         let buffer = self.storage(label, contents.len().max(16))?;
         self.queue.write_buffer(&buffer, 0, contents);
@@ -52,14 +52,14 @@ impl Context {
     }
 }
 
-/// Dispatches between two submissions. guess: a thousand times the rays of a dispatch are more than a driver waits for.
+/// Most dispatches between two submissions. guess: a driver's watchdog does not accept a thousand times a dispatch's rays.
 pub(super) const PLACES: usize = 1024;
 
-/// Bytes of a place: the largest alignment that a device may ask for.
+/// Bytes of a slot: the largest alignment that a device may require.
 const PLACE_BYTES: usize = 256;
 
-/// Numbers of dispatches. What is written to a buffer is there before everything that is submitted next, so every
-/// dispatch of a submission needs a place of its own; one after the other they are used again.
+/// Parameters of dispatches. All writes to a buffer come before the next submission, so every dispatch of a submission
+/// needs a place of its own; the places are reused in turn.
 #[derive(Debug)]
 pub(super) struct Ring {
     pub(super) buffer: wgpu::Buffer,

@@ -2,8 +2,8 @@
 //!
 //! A [`Reference`] encodes rays into a command encoder of the caller and counts those that are open, pixel by pixel, until there
 //! are enough of them: a renderer adds a few every frame, [`Offscreen`] all at once. Rays start at a
-//! [`Surface`](crate::gbuffer::Surface), as on a CPU, or at what a renderer knows of a frame: normals and depth. All of it
-//! is WGSL within the default limits of WebGPU; scenes of more than 2.8 million triangles need larger bindings than these.
+//! [`Surface`](crate::gbuffer::Surface), as on a CPU, or at a renderer's normals and depth. All shaders
+//! stay within the default limits of WebGPU; scenes of more than 2.8 million triangles need larger bindings.
 //!
 //! ```no_run
 //! use aonet::gpu::{DepthEncoding, Frame, wgpu};

@@ -1,4 +1,4 @@
-//! References of surfaces in main memory, for programs that do not render on the device.
+//! References for surfaces in main memory, for programs that do not render on the device.
 
 use super::reference::{Dispatch, Reference, ReferenceOptions};
 use super::scene::SceneBuffers;
@@ -9,7 +9,7 @@ use crate::trace::Tracer;
 use aonet::gpu::{Device, scoped, wgpu};
 use aonet::{AoImage, AoParams, Error};
 
-/// A scene on a device and a way back.
+/// A scene on a device, for images in main memory.
 #[derive(Debug)]
 pub struct Offscreen<'a> {
     device: Device,
@@ -32,7 +32,7 @@ impl<'a> Offscreen<'a> {
     }
 
     /// [`reference_ao`](crate::reference::reference_ao) on the device: the same up to the rounding of directions and
-    /// intersections. Waits for the device; `progress` is called now and then with the number of rays traced since its
+    /// intersections. Waits for the device; `progress` is called from time to time with the number of rays traced since its
     /// last call.
     ///
     /// # Errors

@@ -1,13 +1,13 @@
-//! In which order the points of a spiral are traced: after any number of rays, those so far are spread evenly.
+//! The order in which the points of a spiral are traced: after any number of rays, the traced ones are spread evenly.
 //!
-//! Points that are close to each other are neighbours in the list, so every 2^k-th of them are spread evenly, and so is a
-//! list's beginning when its places have their bits reversed (van der Corput 1935). Aligned blocks of it are again every
-//! 2^k-th point, in the order of the list: rays of a dispatch that are neighbours go the same way.
+//! Points that are close to each other are neighbours in the list, so every 2^k-th point is spread evenly. In bit-reversed order
+//! (van der Corput 1935) the start of the list is spread evenly, too. Its aligned blocks are again every 2^k-th point, in the
+//! order of the list, so neighbouring rays of a dispatch have similar directions.
 
 /// Every `stride`-th point from `first` on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Batch {
-    /// How often the whole spiral has been traced before.
+    /// Number of times that the whole spiral has been traced before.
     pub(super) round: u64,
     pub(super) first: u32,
     pub(super) stride: u32,
@@ -15,13 +15,13 @@ pub(super) struct Batch {
     pub(super) rays: u32,
 }
 
-/// How many points have been traced. After the last one the spiral starts again, in another turn.
+/// Number of traced points. After the last one the spiral starts again, turned.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Walk {
     /// Points of the spiral, > 0.
     spokes: u32,
     round: u64,
-    /// Place in the list of reversed places; those beyond the spiral are skipped.
+    /// Position in bit-reversed order; positions beyond the spiral are skipped.
     place: u32,
     /// Points traced, of all rounds.
     pub(super) samples: u32,
@@ -38,7 +38,7 @@ impl Walk {
         self.spokes.next_power_of_two().trailing_zeros()
     }
 
-    /// The next `samples` points in as few batches as there can be, and goes there.
+    /// Returns the next `samples` points in as few batches as possible, and advances.
     pub(super) fn advance(&mut self, samples: u32) -> impl Iterator<Item = Batch> + use<> {
         let mut walk = *self;
         let end = self.samples + samples;

@@ -1,11 +1,11 @@
-//! Shaders with the layout of what they see.
+//! Shaders with the layout of their bindings.
 
 use aonet::gpu::wgpu;
 
-/// What a shader sees of a buffer, in the order of its bindings.
+/// How a shader accesses a buffer, in the order of its bindings.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Sees {
-    /// The numbers of a dispatch, at an offset.
+    /// The parameters of a dispatch, at an offset.
     Numbers,
     Read,
     Write,
@@ -42,10 +42,10 @@ pub(super) fn layout(
         .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(label), entries: &entries })
 }
 
-/// Bytes of a dispatch's numbers that a shader may see: more than any of them has.
+/// Bytes of a dispatch's parameters that a shader can read: more than any of them has.
 const NUMBERS_BYTES: std::num::NonZeroU64 = std::num::NonZeroU64::new(128).expect("not 0");
 
-/// A group of buffers; the first are the numbers.
+/// A group of buffers; the first one holds the parameters.
 pub(super) fn group(
     device: &wgpu::Device,
     layout: &wgpu::BindGroupLayout,

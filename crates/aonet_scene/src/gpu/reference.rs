@@ -1,4 +1,4 @@
-//! Rays, a few at a time.
+//! Traces the reference, a few rays at a time.
 
 use super::image::Image;
 use super::memory::{Context, PLACES, Ring};
@@ -13,8 +13,8 @@ use crate::{Error, Result};
 use aonet::AoParams;
 use aonet::gpu::{DepthEncoding, Frame, scoped, wgpu};
 
-/// Rays of a dispatch: no driver's watchdog sees one that lasts.
-// guess: a tenth of a second at ten million rays a second, which is slow.
+/// Most rays of a dispatch, so that it ends before a driver's watchdog acts.
+// guess: a tenth of a second at ten million rays per second, which is slow.
 pub(super) const DISPATCH_RAYS: u32 = 1 << 20;
 
 /// Most rays of one [`Reference::encode`].
@@ -23,12 +23,12 @@ pub const RAYS_AT_ONCE: u64 = (PLACES as u64 / 4) * DISPATCH_RAYS as u64;
 /// Invocations of a workgroup.
 const GROUP: u32 = 64;
 
-/// What a reference is told once.
+/// Options of a reference.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct ReferenceOptions {
-    /// The sequence of rays. It is a CPU's after as many rays as it has; more of them turn it anew.
+    /// The sequence of rays, as on a CPU. When it ends it starts again, turned.
     pub sampling: Sampling,
-    /// How textures hold depth.
+    /// Encoding of depth textures.
     pub depth: DepthEncoding,
     /// Format of the AO texture: one that can be rendered to and holds a float in its first channel, such as `R8Unorm`
     /// or `R16Float`.
@@ -46,7 +46,7 @@ impl Default for ReferenceOptions {
     }
 }
 
-/// The reference AO of a scene at one size, more exact with every ray.
+/// The reference AO of a scene at one size; every ray makes it more exact.
 #[derive(Debug)]
 pub struct Reference {
     scene: SceneBuffers,
@@ -59,7 +59,7 @@ pub struct Reference {
     walk: Walk,
 }
 
-/// What is compiled.
+/// Compiled shaders.
 #[derive(Debug)]
 struct Programs {
     start: Start,
@@ -68,7 +68,7 @@ struct Programs {
     image: Image,
 }
 
-/// What depends on the size.
+/// Resources that depend on the size.
 #[derive(Debug)]
 struct Sized {
     size: (usize, usize),
@@ -99,7 +99,7 @@ pub(super) fn source() -> String {
 }
 
 impl Reference {
-    /// A reference of `size` (width, height) (px): all background until it is told where rays start.
+    /// A reference of `size` (width, height) (px): all background until [`start`](Self::start) or [`set_surface`](Self::set_surface).
     ///
     /// # Errors
     /// When a side is 0 or the image too large for the device, `spp` is 0 or too large, the output cannot be rendered to,
@@ -119,8 +119,8 @@ impl Reference {
         Ok(Self { scene: scene.clone(), options, programs, spokes, ring, sized, radius: 1.0, walk })
     }
 
-    /// Changes the size to `size` (width, height) (px); views of another size are of no use then, and rays must be told anew
-    /// where to start. After an error the reference is as before.
+    /// Changes the size to `size` (width, height) (px); views of another size become invalid, and the start of rays
+    /// must be set again. After an error the reference does not change.
     ///
     /// # Errors
     /// When a side is 0 or the image too large for the device, or there is not enough memory.
@@ -133,10 +133,10 @@ impl Reference {
         Ok(())
     }
 
-    /// Forgets all rays and goes on with another sequence.
+    /// Discards all rays and continues with another sequence.
     ///
     /// # Errors
-    /// When `spp` is 0 or too large, or there is not enough memory; then all is as before.
+    /// When `spp` is 0 or too large, or there is not enough memory; the reference then does not change.
     pub fn set_sampling(&mut self, sampling: Sampling) -> Result<()> {
         sampling.check()?;
         if sampling.spp != self.options.sampling.spp {
@@ -153,12 +153,12 @@ impl Reference {
         Ok(())
     }
 
-    /// Forgets all rays; they start where they did.
+    /// Discards all rays; the start points stay.
     pub fn reset(&mut self) {
         self.walk = Walk::new(self.options.sampling.spp);
     }
 
-    /// Rays of each pixel so far, encoded if not yet traced.
+    /// Number of rays of each pixel that were encoded so far.
     pub fn samples(&self) -> u32 {
         self.walk.samples
     }
@@ -168,16 +168,16 @@ impl Reference {
         self.sized.size
     }
 
-    /// What it was told.
+    /// The options.
     pub fn options(&self) -> ReferenceOptions {
         self.options
     }
 
-    /// Starts anew from `surface`, with the rays of [`reference_ao`](crate::reference::reference_ao). The points are
-    /// there when commands are submitted next.
+    /// Starts again from `surface`, with the rays of [`reference_ao`](crate::reference::reference_ao). The points are
+    /// written with the next submission.
     ///
     /// # Errors
-    /// When it is of another size, or has triangles that the scene of `tracer` has not; that has to be the scene of the
+    /// When it is of another size, or has triangles that the scene of `tracer` lacks. `tracer` must have the scene of the
     /// buffers.
     pub fn set_surface(&mut self, tracer: &Tracer, surface: &Surface, params: AoParams) -> Result<()> {
         self.radius = params.radius();
@@ -194,9 +194,9 @@ impl Reference {
         Ok(self.programs.start.view(&self.scene.context, self.sized.size, textures)?)
     }
 
-    /// Starts anew from the surface that the textures of `view` show when the commands run. Rays start just above the triangle
-    /// that is there, up to a sixteenth of a pixel away, because rasterisers snap vertices to a grid: just above what is shown
-    /// where the scene has none.
+    /// Starts again from the surface that the textures of `view` show when the commands run. Rays start just above the triangle
+    /// there, up to a sixteenth of a pixel away, because rasterisers snap vertices to a grid. Without such a triangle they start
+    /// just above the position of the textures.
     ///
     /// # Errors
     /// When view or camera have another size than the reference, or the frame's numbers are out of range.
@@ -214,13 +214,13 @@ impl Reference {
         Ok(())
     }
 
-    /// Encodes `samples` more rays a pixel, then writes the share of all that are open to `visibility`: 1 on the
-    /// background, and where there are no rays at all. Waits for nothing, reads nothing back and allocates no memory on the
+    /// Encodes `samples` more rays per pixel, then writes the share of open rays to `visibility`: 1 on the
+    /// background and without rays. It does not wait, reads nothing back, and allocates no memory on the
     /// device.
     ///
-    /// No dispatch has more than a million rays, but all that is submitted at once can be too much for a driver's patience:
-    /// that is for the caller to choose. Between two submissions there is place for a thousand dispatches, each of the
-    /// power of two of the samples or less.
+    /// No dispatch has more than a million rays, but a whole submission can take longer than a driver's watchdog allows: the
+    /// caller chooses its size. A submission can have a thousand dispatches, each with at most the next lower power of two of
+    /// the samples.
     ///
     /// # Errors
     /// When `visibility` has another size or format than the reference or cannot be rendered to, or all pixels together
@@ -267,7 +267,7 @@ impl Reference {
     /// Runs `samples` more rays a pixel in parts that are small enough.
     ///
     /// # Errors
-    /// Those of `run`.
+    /// As `run`.
     pub(super) fn each_dispatch(
         &mut self,
         samples: u32,

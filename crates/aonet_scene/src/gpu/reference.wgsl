@@ -1,7 +1,7 @@
-// Rays from the start points of a range of pixels, counted where they are open. CPU twin: reference.rs.
+// Traces rays from the start points of a range of pixels, and counts the open ones. CPU twin: reference.rs.
 
 struct Batch {
-    /// Of the spiral's turns: low and high half.
+    /// Seed of the spiral's turns: low and high half.
     seed: vec2<u32>,
     first_pixel: u32,
     pixels: u32,
@@ -49,7 +49,7 @@ fn mix64(seed: vec2<u32>) -> vec2<u32> {
     return fold(folded, 31u, vec2(1u, 0u));
 }
 
-/// Cosine and sine of a share of a full turn. WGSL's own need only be right to 2^-11.
+/// Cosine and sine of a share of a full turn. WGSL's own functions are only exact to 2^-11.
 fn turned(turn: f32) -> vec2<f32> {
     let quarter = round(4.0 * turn);
     let x = (turn - 0.25 * quarter) * TAU;

@@ -5,7 +5,7 @@ use crate::error::Result;
 use crate::trace::{MAX_DEPTH, Tracer};
 use aonet::gpu::{scoped, wgpu};
 
-/// What shaders need that send rays through one: bindings 1 and 2 of group 0.
+/// WGSL that shaders with rays need: bindings 1 and 2 of group 0.
 pub(super) fn traverse() -> String {
     let constants = format!("const MAX_DEPTH = {MAX_DEPTH}u;\n");
     constants + include_str!("traverse.wgsl")
@@ -23,7 +23,7 @@ impl SceneBuffers {
     /// Uploads the hierarchy of `tracer`: 48 bytes a triangle, and 224 a node of up to eight children.
     ///
     /// # Errors
-    /// When the scene is larger than the device's shaders may see or than its memory: the 128 MiB that WebGPU promises are
+    /// When the scene is larger than the device's largest binding or its memory: the 128 MiB that WebGPU guarantees hold
     /// 2.8 million triangles. [`Device`](aonet::gpu::Device) asks for as much as the adapter has.
     pub fn new((device, queue): (&wgpu::Device, &wgpu::Queue), tracer: &Tracer) -> Result<Self> {
         let context = Context { device: device.clone(), queue: queue.clone() };

@@ -1,4 +1,4 @@
-//! Where the rays of a pixel start.
+//! Start points of the rays.
 
 use super::image::check_size;
 use super::memory::{Context, Ring};
@@ -12,14 +12,14 @@ use aonet::gpu::{DepthEncoding, Frame, scoped, wgpu};
 use glam::Vec3A;
 use rayon::prelude::*;
 
-/// What a renderer knows of a frame: textures of the reference's size, sampled once a pixel, with the usage
+/// A renderer's textures of a frame: of the reference's size, sampled once a pixel, with the usage
 /// `TEXTURE_BINDING`.
 #[derive(Debug, Clone, Copy)]
 pub struct Textures<'a> {
-    /// Shading normals: x, y and z in view space (the camera looks along -Z) as they are, of any length but zero:
+    /// Shading normals: x, y and z in view space (the camera looks along -Z), not encoded, of any length above zero:
     /// `Rgba16Float`, `Rgba32Float`.
     pub normal: &'a wgpu::TextureView,
-    /// The triangles' own normals, likewise: rays below the surface are not open. Where one looks away from the camera, both
+    /// The triangles' own normals, likewise: rays below the surface are not open. If one points away from the camera, both
     /// normals are flipped.
     pub geo_normal: &'a wgpu::TextureView,
     /// Depth in the encoding of the options, the depth aspect only: `R32Float`, `Depth32Float`.
@@ -47,7 +47,7 @@ pub(super) struct Points {
     group: wgpu::BindGroup,
 }
 
-/// The pass that makes them of textures.
+/// The pass that computes start points from textures.
 #[derive(Debug)]
 pub(super) struct Start {
     depth: DepthEncoding,
@@ -56,7 +56,7 @@ pub(super) struct Start {
     pipeline: wgpu::ComputePipeline,
 }
 
-/// The shader of it.
+/// The shader of the pass.
 pub(super) fn source(depth: DepthEncoding) -> String {
     let (linear, farthest) = match depth {
         DepthEncoding::Linear => (true, "0.0"),
@@ -75,7 +75,7 @@ impl Start {
         let texture = |binding| wgpu::BindGroupLayoutEntry {
             binding,
             visibility: wgpu::ShaderStages::COMPUTE,
-            // Depth textures, too, can be read as floats that are not filtered.
+            // Depth textures can be read as unfiltered floats as well.
             ty: wgpu::BindingType::Texture {
                 sample_type: wgpu::TextureSampleType::Float { filterable: false },
                 view_dimension: wgpu::TextureViewDimension::D2,
@@ -120,7 +120,7 @@ impl Start {
     }
 
     /// # Errors
-    /// When the image is larger than a shader may see.
+    /// When the image is larger than the device's largest binding.
     pub(super) fn points(
         &self,
         scene: &SceneBuffers,
@@ -169,7 +169,7 @@ impl Start {
 }
 
 impl Points {
-    /// Uploads the points of `surface`: the same as a CPU's.
+    /// Uploads the points of `surface`, equal to a CPU's.
     ///
     /// # Errors
     /// When it is of another size, or not of `scene`.
@@ -226,7 +226,7 @@ fn frame_words(encoding: DepthEncoding, frame: &Frame) -> aonet::Result<[u32; 26
     Ok(words)
 }
 
-/// Slope and offset that make a distance, or with perspective its inverse, of a stored depth.
+/// Slope and offset that convert a stored depth to a distance, or with perspective to its inverse.
 fn depth_line(encoding: DepthEncoding, frame: &Frame) -> aonet::Result<[f32; 2]> {
     let perspective = frame.camera.is_perspective();
     let (near, far) = (f64::from(frame.camera.near()), f64::from(frame.far));

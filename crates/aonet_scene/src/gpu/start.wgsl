@@ -1,11 +1,11 @@
-// Where the rays of a frame's pixels start: on the triangle that a renderer's normals and depth show. After traverse.wgsl. CPU
+// Start points of the rays of a frame's pixels, on the triangle that a renderer's normals and depth show. After traverse.wgsl. CPU
 // twin: Point of reference.rs, which knows the triangle.
 
 struct Frame {
     world_from_view: mat4x3<f32>,
     /// [px]
     size: vec2<u32>,
-    /// What makes a distance of a stored depth: see decode_depth.
+    /// Converts a stored depth to a distance: see decode_depth.
     depth_line: vec2<f32>,
     /// Height of a pixel [world units]: the first times the depth plus the second. One of them is 0.
     pixel_size: vec2<f32>,
@@ -26,16 +26,16 @@ struct Frame {
 /// Depth of the background.
 const BACKGROUND: f32 = 1e16;
 /// How far a rasteriser may move a surface sideways [px]: Vulkan lets vertices snap to 1/16 of a pixel, so by half of it in x and
-/// in y; and half as much again. Hardware snaps to 1/256, SwiftShader to 1/16, and WebGPU does not tell.
+/// in y; and half as much again. Hardware snaps to 1/256, SwiftShader to 1/16, and WebGPU does not report it.
 const SNAP: f32 = 1.0 / 16.0;
 const EPSILON: f32 = 1.1920929e-7;
 /// Relative error of a position: that of the depth and a dozen roundings of half a unit in the last place.
 const POSITION_ERROR: f32 = 8.0 * EPSILON;
 
-/// Distance along -Z of what a depth texture holds.
+/// Distance along -Z of a stored depth.
 fn decode_depth(stored: f32) -> f32 {
     if (LINEAR_DEPTH) {
-        // NaN, too, is background.
+        // NaN is background as well.
         return select(BACKGROUND, min(stored, BACKGROUND), stored > 0.0);
     }
     if (stored == FARTHEST) {
@@ -64,8 +64,8 @@ fn above(triangle: u32, position: vec3<f32>, geo_normal: vec3<f32>) -> vec3<f32>
     return on_plane + select(exact, -exact, dot(exact, geo_normal) < 0.0) * distance;
 }
 
-/// Just above the triangle that a rasteriser has shown at `position`, `reach` away at most: the first front that has this normal,
-/// else the first back. As far above the position where there is none, as beyond an edge.
+/// Just above the triangle that a rasteriser drew at `position`, at most `reach` away: the first front with this normal,
+/// else the first back. Without one, as beyond an edge, equally far above the position.
 fn on_surface(position: vec3<f32>, geo_normal: vec3<f32>, reach: f32) -> vec3<f32> {
     let outside = position + reach * geo_normal;
     var triangle = met(Ray(outside, -geo_normal, 2.0 * reach), false);
@@ -94,7 +94,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let position_view = vec3(from_centre, -depth);
     let position = frame.world_from_view * vec4(position_view, 1.0);
     let geo_normal_view = textureLoad(geo_normal_texture, id.xy, 0).xyz;
-    // Seen from behind, both normals are those of the other side.
+    // Seen from behind, both normals are flipped.
     let towards_eye = select(-position_view, vec3(0.0, 0.0, 1.0), frame.pixel_size.x == 0.0);
     let side = select(1.0, -1.0, dot(geo_normal_view, towards_eye) < 0.0);
     let geo_normal = side * to_world(geo_normal_view);

@@ -1,10 +1,10 @@
-//! Every shader without a device.
+//! Validates every shader without a device.
 
 use super::{image, reference, start};
 use aonet::gpu::DepthEncoding;
 use aonet::gpu::wgpu::{Limits, naga};
 
-/// Panics when the shader is no WGSL or has more bindings of a kind than WebGPU promises.
+/// Panics if the shader is not valid WGSL or has more bindings of a kind than WebGPU guarantees.
 fn validate(source: &str, what: &str) {
     let module = naga::front::wgsl::parse_str(source)
         .unwrap_or_else(|e| panic!("{what}: {}\n{source}", e.emit_to_string(source)));

@@ -11,7 +11,7 @@ const LEAF: u32 = 0x80000000u;
 /// Relative error of the box test. Division is right to 2.5 units in the last place, subtraction and product to half a unit:
 /// 3.5 on both sides of a comparison, and as much again.
 const BOX_ERROR: f32 = 14.0 * 1.1920929e-7;
-/// What a component of a direction is at least, so that its inverse is finite.
+/// Smallest component of a direction, so that its inverse is finite.
 const LEAST: f32 = 1e-30;
 
 /// World space.
@@ -31,7 +31,7 @@ fn cross_fused(a: vec3<f32>, b: vec3<f32>) -> vec3<f32> {
     return fma(a.yzx, b.zxy, -(a.zxy * b.yzx));
 }
 
-/// What a ray meets that meets no triangle.
+/// Result of a ray that meets no triangle.
 const NOTHING: u32 = 0xffffffffu;
 
 /// Whether the ray meets a triangle at 0 < t <= its length.
@@ -79,8 +79,8 @@ fn back_normal(triangle: u32) -> vec3<f32> {
     return vec3(triangles[3u * triangle].w, triangles[3u * triangle + 1u].w, triangles[3u * triangle + 2u].w);
 }
 
-/// Whether a ray along a unit vector comes upon the front of a triangle, at more than 81 degrees.
-// guess: normals in textures of 8 bits stray by less.
+/// Whether a ray along a unit vector hits the front of a triangle at more than 81 degrees.
+// guess: the error of 8-bit normals is smaller.
 fn head_on(triangle: u32, ray: Ray) -> bool {
     let normal = back_normal(triangle);
     return dot(normal, ray.direction) > 0.99 * length(normal);
@@ -92,7 +92,7 @@ fn distance_to(triangle: u32, ray: Ray) -> f32 {
     return dot(normal, triangles[3u * triangle].xyz - ray.origin) / dot(normal, ray.direction);
 }
 
-/// Any triangle that a ray meets, or the first that it meets head-on; NOTHING where there is none.
+/// Any triangle that a ray meets, or the first that it hits head-on; NOTHING if there is none.
 fn met(along: Ray, any: bool) -> u32 {
     var ray = along;
     var first = NOTHING;

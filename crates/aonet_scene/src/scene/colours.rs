@@ -1,4 +1,4 @@
-//! Plain colours for scenes that have none: every part its own, so that the eye can tell parts apart.
+//! Plain colours for scenes without colours, one for every part, so that parts are distinguishable.
 
 use super::Scene;
 
@@ -14,8 +14,8 @@ const PALETTE: [[f32; 3]; 8] = [
     [0.74, 0.74, 0.76],
 ];
 
-/// Gives every connected part of a scene without colours one of a few plain ones; the largest is the first, plaster. Parts are
-/// connected by places, not by vertices. A scene that has colours stays as it is.
+/// Gives every connected part of a scene without colours one of a few plain ones; the largest part gets the first, plaster. Parts are
+/// connected by positions, not by vertices. A scene with colours does not change.
 pub fn add_plain(scene: &mut Scene) {
     if !scene.albedo.is_empty() {
         return;
@@ -52,7 +52,7 @@ fn first_at_place(scene: &Scene) -> Vec<u32> {
     (0..scene.position.len()).map(|i| *first.entry(key(i)).or_insert(i as u32)).collect()
 }
 
-/// The vertex that stands for a part; shortens the way there.
+/// The representative vertex of a part; shortens the path to it.
 fn root(part: &mut [u32], mut i: u32) -> u32 {
     while part[i as usize] != i {
         part[i as usize] = part[part[i as usize] as usize];

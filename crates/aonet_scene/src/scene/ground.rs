@@ -1,4 +1,4 @@
-//! The floor that a single object stands on.
+//! The floor under a single object.
 
 use super::Scene;
 use glam::Vec3;

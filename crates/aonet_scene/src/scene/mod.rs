@@ -1,4 +1,4 @@
-//! A scene is one indexed triangle mesh in world space: all that ambient occlusion asks of it, and colours for the eye.
+//! A scene: one indexed triangle mesh in world space, which is all that ambient occlusion needs, and colours for pictures.
 
 pub mod colours;
 pub mod gltf;
@@ -19,22 +19,22 @@ use textures::Decal;
 /// Triangles in world space (right-handed, +Y up), opaque and two-sided.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Scene {
-    /// What it is called in manifests and tables.
+    /// Its name in manifests and tables.
     pub name: String,
     /// Vertex positions (world units).
     pub position: Vec<Vec3>,
-    /// One unit shading normal a vertex.
+    /// One unit shading normal per vertex.
     pub normal: Vec<Vec3>,
     /// Vertex indices of each triangle, counter-clockwise seen from the front.
     pub triangle: Vec<[u32; 3]>,
-    /// Linear reflectance (red, green, blue) of each triangle in [0, 1], or empty: [`DEFAULT_ALBEDO`] everywhere. Ambient
-    /// occlusion does not ask for it; pictures do.
+    /// Linear reflectance (red, green, blue) of each triangle in [0, 1], or empty: [`DEFAULT_ALBEDO`] everywhere. Pictures use
+    /// it; ambient occlusion does not.
     pub albedo: Vec<[f32; 3]>,
     /// Images on triangles, for pictures as well.
     pub textures: Textures,
 }
 
-/// Reflectance of triangles about which nothing is known.
+/// Reflectance of triangles without a colour.
 // guess: plaster.
 pub const DEFAULT_ALBEDO: [f32; 3] = [0.7; 3];
 

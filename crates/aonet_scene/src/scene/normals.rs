@@ -5,10 +5,10 @@ use crate::error::Result;
 use glam::{DVec3, Vec3};
 use std::collections::HashMap;
 
-/// What to do where a file has no normals.
+/// Treatment of meshes without normals.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum MissingNormals {
-    /// The normal of each triangle, as glTF asks for.
+    /// The normal of each triangle, as glTF specifies.
     #[default]
     Flat,
     /// Smooth across edges that bend less than an angle, as modelling programs do.
@@ -23,7 +23,7 @@ impl MissingNormals {
     // guess: between the 30 degrees that modelling programs start from and the 45 of an octagonal column.
     pub const CREASE: Self = Self::Crease { angle_deg: 40.0 };
 
-    /// The same value after a check of its angle.
+    /// Returns the value after a check of its angle.
     ///
     /// # Errors
     /// When the angle is not in 0 to 180 degrees.
@@ -59,7 +59,7 @@ fn corners(scene: &Scene, triangle: [u32; 3]) -> [Vec3; 3] {
     triangle.map(|i| scene.position[i as usize])
 }
 
-/// Drops triangles without area, then vertices without a triangle. A mesh without normals keeps having none.
+/// Drops triangles without area, then vertices without a triangle. A mesh without normals stays without.
 pub(crate) fn prune(scene: &mut Scene) {
     let position = &scene.position;
     let is_point = |p: [Vec3; 3]| p.iter().all(|p| p.is_finite()) && face(p).is_none();
@@ -98,7 +98,7 @@ pub(crate) fn repair(scene: &mut Scene) {
     }
     for (n, (sum, any)) in scene.normal.iter_mut().zip(sum.into_iter().zip(any)) {
         if *n == Vec3::ZERO {
-            // Faces that cancel leave rounding errors: no direction to trust.
+            // Faces that cancel leave only rounding errors.
             *n = if sum.length() > 1e-6 { sum.normalize() } else { any }.as_vec3();
         }
     }
@@ -161,7 +161,7 @@ fn smooth(faces: &[Face], fan: &[usize], corner: usize, least_cosine: f32) -> Ve
     if sum.length() > 1e-6 { sum.normalize() } else { own }
 }
 
-/// Which triangle corners lie at each distinct position. Corner `3 t + k` is corner `k` of triangle `t`.
+/// The triangle corners at each distinct position. Corner `3 t + k` is corner `k` of triangle `t`.
 struct Around {
     point: Vec<Vec3>,
     start: Vec<usize>,
@@ -174,7 +174,7 @@ impl Around {
         let mut point = Vec::new();
         let mut point_of = Vec::with_capacity(scene.position.len());
         for p in &scene.position {
-            // Adding zero makes -0 and 0 one place.
+            // Adding zero makes -0 and 0 equal.
             let index = *known.entry(p.to_array().map(|x| (x + 0.0).to_bits())).or_insert_with(|| {
                 point.push(*p);
                 point.len() - 1

@@ -1,4 +1,4 @@
-//! Where a scene comes from: a file or code. What manifests and command lines name.
+//! The source of a scene, as manifests and command lines name it: a file or code.
 
 use super::procedural::{self, Kind};
 use super::{MissingNormals, Scene, gltf};
@@ -15,14 +15,14 @@ use std::str::FromStr;
 pub enum SceneSource {
     /// A glTF file.
     File(PathBuf),
-    /// A scene made from code.
+    /// A procedural scene.
     Procedural {
-        /// What is built.
+        /// Its kind.
         kind: Kind,
-        /// Which of its variants.
+        /// Seed of the variant.
         seed: u64,
     },
-    /// None: only frames of it are known, made by another program.
+    /// None: another program made frames of it.
     Imported,
 }
 
@@ -34,10 +34,10 @@ const IMPORTED: &str = "imported";
 const EXPECTED: &str = "a .glb or .gltf file, or procedural:KIND:SEED";
 
 impl SceneSource {
-    /// Reads or builds the scene. `missing` is for files: scenes from code have normals.
+    /// Reads or builds the scene. `missing` applies to files; procedural scenes have normals.
     ///
     /// # Errors
-    /// As [`gltf::load`]; and when only frames are known.
+    /// As [`gltf::load`]; and when the scene is `imported`.
     pub fn load(&self, missing: MissingNormals) -> Result<Scene> {
         match self {
             Self::File(path) => gltf::load(path, missing),

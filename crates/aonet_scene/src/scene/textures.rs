@@ -1,32 +1,32 @@
-//! Pictures on triangles: their files, and where they lie. Nothing here decodes them.
+//! Images on triangles: their files and texture coordinates. Nothing here decodes them.
 
 use std::path::PathBuf;
 use std::sync::Arc;
 
-/// Images, and what triangles show of them.
+/// Images, and the decals of triangles.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Textures {
-    /// Images that decals name.
+    /// Images that decals refer to.
     pub image: Vec<Image>,
-    /// What each triangle shows, or empty: nothing anywhere.
+    /// The decal of each triangle; empty if no triangle has one.
     pub decal: Vec<Option<Decal>>,
 }
 
-/// An image as its file holds it.
+/// An image, not decoded.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Image {
-    /// What messages call it.
+    /// Its name in messages.
     pub name: String,
-    /// Where the file is (PNG, JPEG or any other kind), or why there is none.
+    /// The file (PNG, JPEG or any other kind), or why it is missing.
     pub file: Result<ImageFile, String>,
 }
 
-/// An image's file: only who shows images reads it.
+/// An image's file; only code that shows images reads it.
 #[derive(Debug, Clone, PartialEq)]
 pub enum ImageFile {
     /// Part of the scene's file.
     Embedded(Arc<[u8]>),
-    /// Beside it.
+    /// A file beside the scene's file.
     Beside(PathBuf),
 }
 
@@ -34,7 +34,7 @@ impl Image {
     /// The bytes of the file.
     ///
     /// # Errors
-    /// Why there are none.
+    /// When the file cannot be read.
     pub fn read(&self) -> Result<Arc<[u8]>, String> {
         match self.file.as_ref().map_err(String::clone)? {
             ImageFile::Embedded(bytes) => Ok(Arc::clone(bytes)),
@@ -48,26 +48,26 @@ impl Image {
 pub struct Decal {
     /// Index of the image.
     pub image: u32,
-    /// Places of the triangle's corners in the image: (0, 0) is its upper left corner, (1, 1) its lower right one. Finite.
+    /// Texture coordinates of the triangle's corners: (0, 0) is its upper left corner, (1, 1) its lower right one. Finite.
     pub uv: [[f32; 2]; 3],
-    /// How the image goes on beyond its left and right edges, and beyond its upper and lower ones.
+    /// Wrap modes beyond the left and right edges, and beyond the upper and lower ones.
     pub wrap: [Wrap; 2],
 }
 
-/// How an image goes on beyond its edges.
+/// Wrap mode of an image.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Wrap {
-    /// Again and again.
+    /// Repeats the image.
     #[default]
     Repeat,
-    /// With the texels of the edge.
+    /// Repeats the texels of the edge.
     Clamp,
-    /// Again and again, every other time as in a mirror.
+    /// Repeats the image, mirrored every other time.
     Mirror,
 }
 
 impl Textures {
-    /// Appends those of a scene of `there` triangles to those of one of `here`.
+    /// Appends the textures of a scene with `there` triangles to those of a scene with `here`.
     pub(super) fn append(&mut self, other: &Self, (here, there): (usize, usize)) {
         if self.decal.is_empty() && other.decal.is_empty() {
             return;

@@ -1,4 +1,4 @@
-//! Whether a view is one that a person would keep, by what its G-buffer shows.
+//! Decides by the G-buffer whether a view is good enough for a dataset.
 
 use crate::gbuffer::Surface;
 use aonet::GBuffer;
@@ -20,10 +20,10 @@ pub enum Flaw {
 }
 
 impl Flaw {
-    /// All flaws, in the order in which they are looked for.
+    /// All flaws, in the order of the checks.
     pub const ALL: [Self; 5] = [Self::Nowhere, Self::Empty, Self::Inside, Self::Blocked, Self::Bare];
 
-    /// A few words for a report.
+    /// A short description for reports.
     pub fn name(self) -> &'static str {
         match self {
             Self::Nowhere => "no place for a camera",
@@ -35,7 +35,7 @@ impl Flaw {
     }
 }
 
-/// What is asked of a view. guess: set by eye on contact sheets of 101 scenes.
+/// Criteria for a view. guess: chosen by eye on contact sheets of 101 scenes.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct ViewCriteria {
     /// Largest share of background pixels.
@@ -54,7 +54,7 @@ pub(super) struct ViewCriteria {
     pub edges: f32,
 }
 
-/// What a view is judged against.
+/// Facts about the scene that the checks need.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Subject {
     /// Radius of the scene's bounding sphere, without the ground (world units).
@@ -63,7 +63,7 @@ pub(super) struct Subject {
     pub ground_from: u32,
 }
 
-/// Checks a small view; gives the median depth of its foreground (world units).
+/// Checks a small view; returns the median depth of its foreground (world units).
 pub(super) fn judge(surface: &Surface, subject: Subject, criteria: &ViewCriteria) -> Result<f32, Flaw> {
     let gbuffer = &surface.gbuffer;
     let mut depth: Vec<f32> = gbuffer.depth().iter().copied().filter(|d| d.is_finite()).collect();
@@ -90,7 +90,7 @@ pub(super) fn judge(surface: &Surface, subject: Subject, criteria: &ViewCriteria
 }
 
 /// Number of foreground pixels whose right or lower neighbour is another surface: it lies off the pixel's
-/// tangent plane by a fiftieth of the depth, or its normal turns by 25 degrees. The background is none.
+/// tangent plane by a fiftieth of the depth, or its normal turns by 25 degrees. The background does not count.
 fn edges(gbuffer: &GBuffer) -> f32 {
     let (width, height) = (gbuffer.width(), gbuffer.height());
     let position = |i: usize| gbuffer.camera().position_view(i % width, i / width, gbuffer.depth()[i]);

@@ -1,4 +1,4 @@
-//! Where a camera may stand in a scene, and which of its views are worth taking.
+//! Finds places for a camera in a scene, and views that are good enough for a dataset.
 
 mod judge;
 mod propose;

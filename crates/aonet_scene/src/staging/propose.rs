@@ -1,4 +1,4 @@
-//! A view of a scene that a person might take, for programs that are given none.
+//! Proposes a view of a scene, for commands without a given view.
 
 use super::radius::RadiusRule;
 use super::spec::SceneSpec;

@@ -1,16 +1,16 @@
-//! How the AO radius of a view is chosen.
+//! The choice of a view's AO radius.
 
 use serde::{Deserialize, Serialize};
 
-/// How the AO radius of a frame is chosen.
+/// Rule for the AO radius of a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum RadiusRule {
     /// This fraction of the bounding sphere's radius, without the ground: the same in all frames of a scene.
     SceneFraction(f32),
     /// Log-uniform per frame, so that at the view's median depth the radius projects to between `min` and
-    /// `max` of the image's height. What a user calls a sensible radius is a length on the screen: bounding
-    /// spheres do not compare between a city and a room.
+    /// `max` of the image's height. Users think of a radius as a length on the screen, and the bounding
+    /// spheres of a city and a room are not comparable.
     ImageFraction {
         /// Smallest projection, in image heights.
         min: f32,

@@ -18,7 +18,7 @@ pub struct Candidate {
     pub target: [f32; 3],
 }
 
-/// What all frames of a scene are kept for.
+/// The split of all frames of a scene.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum SceneSplit {
@@ -46,18 +46,18 @@ impl SceneSplit {
 pub struct SceneSpec {
     /// Its name, and that of the folder of its frames.
     pub name: String,
-    /// Where it comes from; a file without its folder: manifests travel between machines.
+    /// Its source; a file without its folder, because manifests are moved between machines.
     pub source: SceneSource,
     /// SHA-256 of the file, hexadecimal.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sha256: Option<String>,
-    /// Where the file has no normals, they are smooth across edges that bend less than this (degrees).
+    /// If the file has no normals: they are smooth across edges that bend less than this (degrees).
     pub crease_deg: f32,
-    /// What its frames are for.
+    /// The split of its frames.
     pub split: SceneSplit,
     /// Whether a camera can stand inside, instead of around a single object.
     pub environment: bool,
-    /// Whether a ground plane is put under it.
+    /// Whether a ground plane is added below it.
     pub ground: bool,
     /// Cameras that came with it.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -82,12 +82,12 @@ impl SceneSpec {
         Ok(scene.with_environment(false))
     }
 
-    /// A scene made from code, named after its kind and seed. It brings its own ground.
+    /// A procedural scene, named after its kind and seed. It contains its own ground.
     pub fn procedural(kind: Kind, seed: u64, split: SceneSplit) -> Self {
         Self::new(format!("{kind}_{seed}"), SceneSource::Procedural { kind, seed }, split)
     }
 
-    /// A scene of which there are only frames, made by another program.
+    /// A scene that is known only by frames of another program.
     pub fn imported(name: String, split: SceneSplit) -> Self {
         Self::new(name, SceneSource::Imported, split)
     }
@@ -107,12 +107,12 @@ impl SceneSpec {
         }
     }
 
-    /// The same scene as something to stand inside, or as an object on the ground.
+    /// Returns the scene as an interior, or as an object on the ground.
     pub fn with_environment(self, environment: bool) -> Self {
         Self { environment, ground: !environment, ..self }
     }
 
-    /// The same scene with its file in `dir`.
+    /// Returns the scene with its file in `dir`.
     pub fn located(self, dir: &Path) -> Self {
         Self { dir: dir.to_owned(), ..self }
     }
@@ -153,7 +153,7 @@ impl SceneSpec {
     /// The triangles, and how many of them are not ground.
     ///
     /// # Errors
-    /// When the file cannot be read, or is not the one that was planned with.
+    /// When the file cannot be read, or differs from the planned one.
     pub fn load(&self) -> Result<(Scene, usize)> {
         let source = match &self.source {
             SceneSource::File(file) => {
@@ -176,13 +176,13 @@ impl SceneSpec {
     }
 }
 
-/// Whether a scene's name may hold the character.
+/// Whether a scene's name may contain the character.
 pub fn is_name_char(c: char) -> bool {
     c.is_ascii_alphanumeric() || "_-.".contains(c)
 }
 
-/// Turns over the triangles whose winding contradicts their vertex normals: exporters leave them behind where
-/// they mirror parts, and a side seen from behind would be shaded with a normal that looks away from the viewer.
+/// Flips triangles whose winding contradicts their vertex normals. Exporters produce them when they mirror parts, and
+/// their visible side would be shaded with a normal that points away from the viewer.
 fn turn_to_normals(scene: &mut Scene) {
     for triangle in &mut scene.triangle {
         let [a, b, c] = triangle.map(|i| scene.position[i as usize].as_dvec3());

@@ -1,4 +1,4 @@
-//! Where a person would put the camera: proposals of views, and the first good one of them.
+//! Proposes cameras as a person would place them, and takes the first good view.
 
 use super::judge::{Flaw, Subject, ViewCriteria, judge};
 use super::radius::RadiusRule;
@@ -11,27 +11,27 @@ use crate::trace::Tracer;
 use crate::view::View;
 use glam::{Quat, Vec3};
 
-/// Proposals for one frame before the scene counts as hopeless.
+/// Most proposals for one frame; then the scene is refused.
 const MAX_TRIES: usize = 1000;
 
-/// Proposals that tell whether a scene's winding is to be trusted.
+/// Proposals that decide whether a scene's winding is reliable.
 const WINDING_PROBES: usize = 64;
 
 /// Pixels of the small image that a proposal is judged by: 96x54 of a wide one.
 const PROBE_PIXELS: f32 = 5184.0;
 
-/// What a view is to be: its size and its AO radius.
+/// Size and AO radius of the wanted views.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Framing {
     /// Image width (px).
     pub width: usize,
     /// Image height (px).
     pub height: usize,
-    /// How the radius is chosen.
+    /// Rule for the radius.
     pub radius: RadiusRule,
 }
 
-/// A scene that is ready to be looked at.
+/// A scene that is prepared for choosing views.
 #[derive(Debug)]
 pub struct Stage<'a> {
     spec: &'a SceneSpec,
@@ -42,16 +42,16 @@ pub struct Stage<'a> {
     area: Vec<f32>,
     /// Whether most of the scene has no roof.
     open: bool,
-    /// Whether the winding tells insides from outsides.
+    /// Whether the winding distinguishes inside and outside.
     wound: bool,
 }
 
-/// How a view is arrived at.
+/// How a view is proposed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Manner {
     /// From outside, all around.
     Around,
-    /// At eye height above something that bears.
+    /// At eye height above a floor.
     Standing,
     /// Anywhere within the scene.
     Flying,
@@ -87,7 +87,7 @@ impl<'a> Stage<'a> {
         self.content.radius()
     }
 
-    /// The view of a frame and how often each flaw was met on the way.
+    /// The view of a frame, and the number of proposals with each flaw.
     ///
     /// # Errors
     /// When no proposal is good enough.
@@ -126,8 +126,8 @@ impl<'a> Stage<'a> {
         Subject { radius: self.radius(), ground_from: self.area.len() as u32 }
     }
 
-    /// False where most views that are good otherwise show backs: such a scene is wound the wrong way or no way.
-    /// Scenes without a roof are asked from outside, so that views from below their ground do not count.
+    /// False if most otherwise good views show backs: the winding of such a scene is wrong or inconsistent.
+    /// Scenes without a roof are probed from outside, so that views from below their ground do not count.
     fn is_wound(&self) -> bool {
         let mut random = Random::of_frame(1, &self.spec.name, u32::MAX);
         let (mut good, mut backs) = (0, 0);
@@ -195,7 +195,7 @@ impl<'a> Stage<'a> {
         })
     }
 
-    /// From outside: overviews look at the middle, close-ups at a point of the surface.
+    /// From outside: overviews target the middle, close-ups a point of the surface.
     fn around(&self, fov_y_deg: f32, random: &mut Random) -> Option<(Vec3, Vec3)> {
         let radius = self.radius();
         // Diameter of the bounding sphere, in image heights.
@@ -247,7 +247,7 @@ impl<'a> Stage<'a> {
         })
     }
 
-    /// A point of the scene: half of the draws favour large triangles, half the places with many.
+    /// A point of the scene: half of the draws prefer large triangles, half dense regions.
     fn surface_point(&self, random: &mut Random) -> Vec3 {
         let total = self.area[self.area.len() - 1];
         let area = random.unit() * total;

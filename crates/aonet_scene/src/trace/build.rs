@@ -8,10 +8,10 @@ use std::ops::Range;
 /// Marks a child as a leaf; the other bits index [`Bvh8::leaves`].
 pub(super) const LEAF: u32 = 1 << 31;
 
-/// Deepest hierarchy that rays can walk: each level leaves at most seven children on the stack.
+/// Largest depth of the hierarchy: each level leaves at most seven children on a ray's stack.
 pub(crate) const MAX_DEPTH: usize = 36;
 
-/// Depth from which nodes are opened by number, so that each level below has an eighth of the triangles.
+/// Depth from which nodes are split by count, so that each level below has an eighth of the triangles.
 const EVEN_DEPTH: usize = 20;
 
 /// Words on a ray's stack.

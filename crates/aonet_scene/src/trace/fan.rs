@@ -20,17 +20,17 @@ pub struct Fan {
     origin: Vec3A,
     normal: Vec3A,
     length: f32,
-    /// Bit `i` asks for ray `i`.
+    /// Bit `i` is set if ray `i` is used.
     pub rays: u64,
 }
 
 impl Fan {
-    /// No rays yet. They will start at `origin` on a plane with `normal` and be as long as `length` directions.
+    /// A fan without rays. They will start at `origin` on a plane with `normal` and be as long as `length` directions.
     pub fn new(origin: Vec3A, normal: Vec3A, length: f32) -> Self {
         Self { direction: [[0.0; FAN]; 3], origin, normal, length, rays: 0 }
     }
 
-    /// Asks for ray `i` unless its direction is below the plane.
+    /// Sets ray `i` unless its direction is below the plane.
     ///
     /// # Panics
     /// When `i` is not below [`FAN`].
@@ -54,11 +54,11 @@ impl Fan {
     }
 }
 
-/// Below this many rays at a node, each goes on alone: up to 13 % faster than never, measured by the `embree`
-/// benchmark; 2 to 6 are alike.
+/// Below this many rays at a node, each ray continues alone. That is up to 13 % faster, measured by the `embree`
+/// benchmark; 2 to 6 give equal times.
 const FEW: u32 = 3;
 
-/// A fan with what the box test wants to know.
+/// A fan with values for the box test.
 struct Prepared<'a, L> {
     fan: &'a Fan,
     inverse: [[f32; FAN]; 3],
@@ -70,7 +70,7 @@ struct Prepared<'a, L> {
 /// The largest error of the box test relative to the distances it compares: four roundings, twice for safety.
 const BOX_ERROR: f32 = 4.0 * f32::EPSILON;
 
-/// Which rays of `fan` meet a triangle at 0 < t <= `length`.
+/// The rays of `fan` that meet a triangle at 0 < t <= `length`.
 ///
 /// # Safety
 /// The instruction set of `L` is there.
@@ -132,7 +132,7 @@ impl<'a, L: Lanes> Prepared<'a, L> {
         }
     }
 
-    /// Which children any ray meets, and which rays meet each.
+    /// The children that any ray meets, and the rays that meet each.
     #[inline(always)]
     unsafe fn meets(&self, node: &Node, rays: u64) -> (u32, [u64; WIDTH]) {
         // SAFETY: the caller's contract.
@@ -178,7 +178,7 @@ impl<'a, L: Lanes> Prepared<'a, L> {
         }
     }
 
-    /// Which of `rays` meet a triangle of `leaf`.
+    /// Those of `rays` that meet a triangle of `leaf`.
     // Möller and Trumbore 1997; the terms without the direction are common to all rays.
     #[inline(always)]
     unsafe fn hits(&self, leaf: &Leaf, rays: u64) -> u64 {
@@ -214,7 +214,7 @@ impl<'a, L: Lanes> Prepared<'a, L> {
         }
     }
 
-    /// Which of `rays` meet a triangle below node `word`, one after the other.
+    /// Those of `rays` that meet a triangle below node `word`, tested one after the other.
     #[inline(always)]
     unsafe fn alone(&self, bvh: &Bvh8, word: u32, rays: u64) -> u64 {
         // SAFETY: the caller's contract.

@@ -1,4 +1,4 @@
-//! The hierarchy as words for shaders that can hold no pointers: see `gpu/traverse.wgsl`.
+//! The hierarchy as words, for shaders, which have no pointers: see `gpu/traverse.wgsl`.
 
 use super::build::{Bvh8, LEAF, Leaf, Node};
 use super::lanes::WIDTH;
@@ -50,10 +50,10 @@ impl Flat {
 
 impl Node {
     fn put(&self, leaf_words: &[u32], bytes: &mut Vec<u8>) {
-        // Shaders may take it that nothing is infinite, as the bounds of empty children are.
+        // Shaders may assume finite values, but the bounds of empty children are infinite.
         let bounds = self.bounds.iter().flat_map(|row| row.0.map(|x| x.clamp(f32::MIN, f32::MAX)));
         bytes.extend(bounds.flat_map(f32::to_le_bytes));
-        // The child that fills an empty place is never met.
+        // No ray meets the child in an empty place.
         let leaf = |word: u32| leaf_words.get((word & !LEAF) as usize).copied().unwrap_or(LEAF);
         let words = self.child.map(|word| if word & LEAF != 0 { leaf(word) } else { word });
         bytes.extend(words.into_iter().flat_map(u32::to_le_bytes));

@@ -1,4 +1,4 @@
-//! Eight floats at once: one source for every instruction set, so that all of them find the same hits.
+//! Eight floats at once: one source for every instruction set, so that all give the same hits.
 //!
 //! Each operation rounds as IEEE 754 says, `mul_add` and `mul_sub` once; `min` and `max` return `b` where either is NaN.
 #![allow(unsafe_code, reason = "vector instructions")]
@@ -14,7 +14,7 @@ pub(super) struct Row(pub(super) [f32; WIDTH]);
 /// Eight lanes of `f32` and comparisons between them.
 ///
 /// # Safety
-/// Functions may only run where the instruction set of the implementation is there.
+/// Functions may only run if the machine has the implementation's instruction set.
 pub(super) trait Lanes: Copy {
     /// One truth value a lane.
     type Mask: Copy;

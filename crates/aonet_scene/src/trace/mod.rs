@@ -1,4 +1,4 @@
-//! Rays against a scene: an 8-wide bounding volume hierarchy.
+//! Traces rays through a scene with an 8-wide bounding volume hierarchy.
 #![allow(unsafe_code, reason = "entry points compiled for the instruction set that was found")]
 
 mod build;
@@ -45,7 +45,7 @@ pub struct Hit {
     pub v: f32,
 }
 
-/// Instruction set. All of them find the same hits, bit for bit.
+/// Instruction set. All give the same hits, bit for bit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Level {
     Scalar,
@@ -99,7 +99,7 @@ impl Tracer {
         }
     }
 
-    /// Which rays of `fan` meet a triangle at 0 < t <= its length: bit `i` for ray `i`.
+    /// The rays of `fan` that meet a triangle at 0 < t <= its length: bit `i` for ray `i`.
     #[inline]
     pub fn blocked(&self, fan: &Fan) -> u64 {
         // SAFETY: `Level::detect` found the instruction set.

@@ -42,7 +42,7 @@ impl Aabb {
         Self { lo: self.lo.min(b.lo), hi: self.hi.max(b.hi) }
     }
 
-    /// Half the surface: the share of random rays that meet the box is in proportion to it.
+    /// Half the surface area, which is proportional to the share of random rays that meet the box.
     pub(super) fn half_area(self) -> f32 {
         let d = (self.hi - self.lo).max(Vec3::ZERO);
         d.x * d.y + d.y * d.z + d.z * d.x
@@ -53,7 +53,7 @@ impl Aabb {
     }
 }
 
-/// Orders `items` so that a cut in two at the returned position, which is inside, costs rays the least.
+/// Orders `items` so that a split at the returned position has the least cost; neither part is empty.
 // The surface area heuristic over bins of centres (Wald 2007), with leaves counted in place of triangles:
 // up to 9 % faster, measured by the `embree` benchmark.
 pub(super) fn split(items: &mut [Item]) -> usize {
@@ -87,7 +87,7 @@ pub(super) fn halve(items: &mut [Item]) -> usize {
     middle
 }
 
-/// A cut behind bin `last` along `axis`.
+/// A split after bin `last` along `axis`.
 struct Plane {
     axis: usize,
     last: usize,

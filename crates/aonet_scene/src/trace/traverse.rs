@@ -1,4 +1,4 @@
-//! Rays through the hierarchy, once for all instruction sets.
+//! Traversal of the hierarchy, one source for all instruction sets.
 #![allow(unsafe_code, reason = "vector instructions")]
 
 use super::Hit;
@@ -44,7 +44,7 @@ impl<L: Lanes> Ray<L> {
         }
     }
 
-    /// Which children the ray meets in [0, `t_max`], and where it enters them.
+    /// The children that the ray meets in [0, `t_max`], and where it enters them.
     #[inline(always)]
     unsafe fn meets(&self, node: &Node, t_max: L) -> (u32, L) {
         // SAFETY: the caller's contract.
@@ -60,7 +60,7 @@ impl<L: Lanes> Ray<L> {
         }
     }
 
-    /// Which triangles the ray meets in (0, `t_max`], with `u`, `v` and `t`, each times `|det|`.
+    /// The triangles that the ray meets in (0, `t_max`], with `u`, `v` and `t`, each times `|det|`.
     // Möller and Trumbore 1997, scaled by the determinant so that most rays need no division.
     #[inline(always)]
     unsafe fn hits(&self, leaf: &Leaf, t_max: L) -> (u32, [L; 4]) {

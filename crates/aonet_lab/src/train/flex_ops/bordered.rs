@@ -1,18 +1,18 @@
 //! Images with a border, a band of rows at a time.
 
-/// What lies beyond an image.
+/// Values beyond an image's border.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Beyond {
-    /// Its edge, repeated.
+    /// The edge is repeated.
     Edge,
     Zero,
 }
 
 /// Floats of a band: 256 KiB stay in the cache.
 const BAND: usize = 1 << 16;
-/// Least rows of a band, so that those which two bands share do not count. guess
+/// Least rows of a band, so that rows shared by two bands cost little. guess
 const LEAST_ROWS: usize = 4;
-/// Most lanes of a vector: rows go on for one more.
+/// Most lanes of a vector; rows are longer by one vector.
 const LANES: usize = 16;
 
 /// The layout of an image with a border.
@@ -32,12 +32,12 @@ impl Bordered {
         Self { planes, height, width, border, beyond, stride }
     }
 
-    /// How many of `height` rows to work on at a time.
+    /// Number of `height` rows to process at a time.
     pub(super) fn rows(&self, height: usize) -> usize {
         (BAND / (self.planes * self.stride)).max(LEAST_ROWS).min(height)
     }
 
-    /// Room for a band.
+    /// Allocates a band.
     pub(super) fn band(&self, rows: usize) -> Vec<f32> {
         vec![0.0; self.planes * rows * self.stride]
     }

@@ -6,15 +6,15 @@ use super::Values;
 use super::direct::{self, Direct};
 use aonet::simd::{Isa, Level};
 
-/// Floats of the unfolded image that are worked on at a time: 1 MiB stays in the cache.
+/// Floats of the unfolded image that are processed at a time: 1 MiB stays in the cache.
 const BLOCK: usize = 1 << 18;
-/// Most outputs of a group, and least width (px), of a convolution without unfolding. Measured with AVX-512, there and
-/// back: 16 to 32 channels at 128 px 78 GFLOP/s instead of 61, 24 to 8 at 16 px 42 instead of 21; no gain from 48 outputs on
+/// Most outputs of a group, and least width (px), of a convolution without unfolding. Measured with AVX-512, forward and
+/// backward: 16 to 32 channels at 128 px 78 GFLOP/s instead of 61, 24 to 8 at 16 px 42 instead of 21; no gain from 48 outputs on
 /// or at 8 px.
 const MOST_OUTPUTS: usize = 32;
 const LEAST_WIDTH: usize = 16;
 
-/// How to convolve.
+/// Method of a convolution.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Way {
     Unfold,
@@ -52,7 +52,7 @@ impl Convolution {
         self.height * self.width
     }
 
-    /// Rows of the unfolded image: every value that one output sees.
+    /// Rows of the unfolded image: every value that one output reads.
     fn unfolded(&self) -> usize {
         self.inputs * self.size * self.size
     }
@@ -80,7 +80,7 @@ impl Convolution {
         }
     }
 
-    /// The values that the pixels of a block see, as a matrix of `unfolded` x rows·width.
+    /// The values that the pixels of a block read, as a matrix of `unfolded` x rows·width.
     fn unfold(&self, image: &[f32], block: (usize, usize), out: &mut [f32]) {
         let w = self.width;
         self.each_row(block, |to, from, dx| {
@@ -113,7 +113,7 @@ impl Convolution {
         });
     }
 
-    /// The filters' answers plus bias, times `slope` where they are negative.
+    /// The filters' outputs plus bias; negative results are multiplied by `slope`.
     pub(super) fn forward(&self, (x, weight, bias): (&[f32], &[f32], &[f32]), slope: f32, out: &mut [f32]) {
         let area = self.pixels();
         let mut columns = vec![0.0; self.buffer()];
@@ -150,7 +150,7 @@ impl Convolution {
         }
     }
 
-    /// Gradients of the image and of the filter, added to the zeros given; what is frozen needs none.
+    /// Gradients of the image and of the filter, added to the given zeros; frozen tensors need none.
     pub(super) fn backward(
         &self,
         (x, weight): (&[f32], &[f32]),

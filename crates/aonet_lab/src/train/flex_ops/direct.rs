@@ -29,7 +29,7 @@ struct Row<'a> {
     source: &'a [f32],
     bordered: &'a Bordered,
     rows: usize,
-    /// Of every input, of every tap, of every output.
+    /// By input, tap and output.
     weights: &'a [f32],
     bias: &'a [f32],
     /// Factor of negative results.
@@ -46,7 +46,7 @@ impl Kernel for Row<'_> {
             1 => self.blocks::<S, 1, 8>(simd),
             2 => self.blocks::<S, 2, 4>(simd),
             4 => self.blocks::<S, 4, 2>(simd),
-            // Two vectors an output would fit the registers of AVX-512, and took twice the time.
+            // Two vectors per output would fit the registers of AVX-512, and took twice the time.
             TILE => self.blocks::<S, TILE, 1>(simd),
             outputs => unreachable!("a tile of {outputs} outputs"),
         }
@@ -108,7 +108,7 @@ struct Products<'a> {
     inputs: (&'a Bordered, &'a [f32]),
     slopes: (&'a Bordered, &'a [f32]),
     rows: usize,
-    /// Of every input, of every row of taps, of every output, of every tap: [`LANES`] lanes.
+    /// By input, row of taps, output and tap: [`LANES`] lanes.
     sums: &'a mut [f32],
     outputs: usize,
 }
@@ -185,7 +185,7 @@ pub(super) struct Direct<'a> {
 }
 
 impl Direct<'_> {
-    /// One group of one image: `out` is the filter's answer plus bias, times `slope` where that is negative.
+    /// One group of one image: `out` is the filter's output plus bias; negative results are multiplied by `slope`.
     pub(super) fn forward(&self, (x, weight, bias): (&[f32], &[f32], &[f32]), slope: f32, out: &mut [f32]) {
         let (inputs, outputs) = (self.shape.inputs, self.shape.outputs);
         let at = |o: usize, i: usize, tap: usize| weight[(o * inputs + i) * TAPS + tap];
@@ -200,7 +200,7 @@ impl Direct<'_> {
     /// One group of one image: the gradient of the image, added to `image`.
     pub(super) fn image(&self, (weight, slope): (&[f32], &[f32]), image: &mut [f32]) {
         let (inputs, outputs) = (self.shape.inputs, self.shape.outputs);
-        // Every pixel of the image and its border gathers what its outputs saw of it: the filter turned around.
+        // Every pixel of the image and its border gathers from the outputs that read it: a convolution with the rotated filter.
         let at = |i: usize, o: usize, tap: usize| weight[(o * inputs + i) * TAPS + TAPS - 1 - tap];
         let packed = pack((outputs, inputs), at);
         let (h, w) = (self.shape.height, self.shape.width);
@@ -286,7 +286,7 @@ impl Direct<'_> {
     }
 }
 
-/// Filters as [`Row`] reads them, a tile of outputs after the other.
+/// Filters in the order in which [`Row`] reads them, tile by tile of outputs.
 fn pack((inputs, outputs): (usize, usize), at: impl Fn(usize, usize, usize) -> f32) -> Vec<f32> {
     let mut packed = Vec::with_capacity(inputs * outputs * TAPS);
     for tile in tiles(outputs) {

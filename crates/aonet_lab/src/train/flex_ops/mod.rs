@@ -1,7 +1,7 @@
 //! Convolution, resampling and kernel prediction on the CPU, with gradients written by hand.
 //!
-//! The framework's own convolution copies every tensor several times in each direction and pads by concatenation:
-//! with these operations a training step takes half the time.
+//! The framework's own convolution copies every tensor several times in each direction and pads by concatenation.
+//! With these operations a training step takes half the time.
 
 mod bordered;
 mod convolution;
@@ -24,7 +24,7 @@ use neighbours::Neighbours;
 use resample::Resample;
 
 /// Convolution BxOxHxW of `x` BxCxHxW with `weight` OIHW, odd and square, and `bias` O, in C/I groups; beyond its border
-/// the image repeats its edge. What is negative is multiplied with `slope`, in (0, 1]. On the CPU only.
+/// the image repeats its edge. Negative results are multiplied by `slope`, in (0, 1]. On the CPU only.
 pub(super) fn conv(x: Tensor<4>, (weight, bias): (Tensor<4>, Tensor<1>), slope: f32) -> Tensor<4> {
     let y = Dispatch::edge_conv(x.into_dispatch(), weight.into_dispatch(), bias.into_dispatch(), slope);
     Tensor::from_dispatch(y)
@@ -131,12 +131,12 @@ impl<C: CheckpointStrategy> GraphOps for Autodiff<Flex, C> {
 #[derive(Debug)]
 struct ConvBackward;
 
-/// What a convolution's gradients are made of.
+/// Saved tensors for a convolution's gradients.
 #[derive(Debug, Clone)]
 struct Seen {
     x: Values,
     weight: Values,
-    /// The result and the factor that its negative values have in them.
+    /// The result, and the factor that its negative values contain.
     activated: Option<(Values, f32)>,
 }
 
@@ -181,7 +181,7 @@ fn before_activation(slope: Values, activated: Option<(Values, f32)>) -> Values 
     tensor(scaled.collect(), dims)
 }
 
-/// In lanes, so that the compiler has vectors for them.
+/// Computed in lanes, so that the compiler uses vectors.
 fn sum(values: &[f32]) -> f32 {
     let (lanes, rest) = values.as_chunks::<16>();
     let mut sums = [0.0; 16];

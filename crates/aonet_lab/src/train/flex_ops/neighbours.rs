@@ -1,9 +1,9 @@
-//! Kernel prediction: what a pixel's kernel weighs.
+//! Kernel prediction: the values that a pixel's kernel weighs.
 
 use super::{Values, floats};
 use aonet::net::graph::{FIRST_TAP, GUIDE_CHANNELS, TAPS, WINDOW};
 
-/// The neighbourhoods of a guide image, sorted so that pixels at one place of their patches lie side by side.
+/// The neighbourhoods of a guide image, sorted so that pixels at the same position of their patches are adjacent.
 pub(super) struct Neighbours {
     pub(super) batch: usize,
     pub(super) height: usize,

@@ -1,6 +1,6 @@
 //! Averages of 2x2 pixels and bilinear interpolation to twice the size, and their transposes.
 
-/// What becomes of an image.
+/// A change of an image's size.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Resample {
     /// Means of 2x2 pixels.
@@ -17,7 +17,7 @@ impl Resample {
         }
     }
 
-    /// Of an image of these sizes.
+    /// Resamples an image of these sizes.
     pub(super) fn forward(self, x: &[f32], dims: [usize; 4]) -> Vec<f32> {
         let mut out = vec![0.0; self.size_of(dims).iter().product()];
         let [_, _, h, w] = dims;

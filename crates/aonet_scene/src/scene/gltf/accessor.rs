@@ -5,13 +5,13 @@ use super::json::{Accessor, Document, MetallicRoughness, Primitive, Sparse, at};
 use aonet::{Error, Result};
 use std::cell::Cell;
 
-/// Array elements that a file may ask for per byte of it. Instances of a mesh multiply what the bytes hold.
+/// Most array elements per byte of a file. Instances of a mesh multiply the elements in the bytes.
 // guess: a tree of 100 kB placed a thousand times by nodes of 60 bytes asks for 800 a byte.
 const ELEMENTS_PER_BYTE: usize = 1024;
-/// Array elements that any file may ask for: 40 million unshared triangles.
+/// Array elements that any file may have: 40 million unshared triangles.
 const MAX_ELEMENTS: usize = 1 << 27;
 
-/// Reads the arrays of one document, up to a total that its size justifies.
+/// Reads the arrays of one document, up to a total that the file's size justifies.
 pub(super) struct Accessors<'a> {
     document: &'a Document,
     buffers: Buffers<'a>,
@@ -19,7 +19,7 @@ pub(super) struct Accessors<'a> {
     budget: Cell<usize>,
 }
 
-/// Where the elements of an array lie.
+/// Location of an array's elements.
 struct Rows<'a> {
     bytes: &'a [u8],
     stride: usize,
@@ -70,7 +70,7 @@ impl<'a> Accessors<'a> {
         self.document.accessors.get(index).and_then(|a| components(&a.shape))
     }
 
-    /// What a primitive is made of, if it says so. A material that is missing counts as none.
+    /// The material of a primitive, if it has one. A missing material counts as none.
     pub(super) fn material(&self, primitive: &Primitive) -> Option<&'a MetallicRoughness> {
         let material = primitive.material.and_then(|i| self.document.materials.get(i));
         material.map(|m| &m.pbr_metallic_roughness)
@@ -195,7 +195,7 @@ impl<'a> Accessors<'a> {
         })
     }
 
-    /// Counts an array of `count` elements against what the file may ask for.
+    /// Counts an array of `count` elements against the file's limit.
     pub(super) fn charge(&self, count: usize, what: &str) -> Result<()> {
         let cost = count.saturating_add(1);
         let left = self.budget.get().checked_sub(cost).ok_or_else(|| {

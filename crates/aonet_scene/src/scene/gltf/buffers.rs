@@ -64,7 +64,7 @@ pub(super) struct Buffers<'a> {
 enum Content<'a> {
     Bytes(Cow<'a, [u8]>),
     External(&'a str),
-    /// No URI and no BIN chunk: what only a compressed file may have.
+    /// No URI and no BIN chunk, which only a compressed file may have.
     Absent,
 }
 
@@ -109,7 +109,7 @@ impl<'a> Buffers<'a> {
         Ok(Content::External(uri))
     }
 
-    /// The bytes of buffer `index`, where it has any.
+    /// The bytes of buffer `index`, if it has any.
     pub(super) fn get(&self, index: usize) -> Option<&[u8]> {
         match self.content.get(index)? {
             Content::Bytes(bytes) => Some(bytes),
@@ -158,7 +158,7 @@ pub(super) fn data_uri(uri: &str) -> aonet::Result<Vec<u8>> {
     if kind.ends_with(";base64") { base64(&bytes) } else { Ok(bytes) }
 }
 
-/// Replaces `%XX`; any other byte stands for itself.
+/// Replaces `%XX`; other bytes do not change.
 fn percent_decode(text: &[u8]) -> Vec<u8> {
     let hex = |byte: u8| char::from(byte).to_digit(16);
     let mut bytes = Vec::with_capacity(text.len());

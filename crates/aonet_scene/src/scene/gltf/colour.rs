@@ -5,9 +5,9 @@ use super::json::Primitive;
 use crate::scene::DEFAULT_ALBEDO;
 use aonet::{Error, Result};
 
-/// Linear reflectance of each triangle in [0, 1]; empty where the primitive has neither material nor vertex colours.
+/// Linear reflectance of each triangle in [0, 1]; empty if the primitive has neither material nor vertex colours.
 ///
-/// A material that is missing counts as none: a colour is no reason to refuse a file. `is_textured` where an image is to
+/// A missing material counts as none, because a colour is no reason to refuse a file. `is_textured`: an image will
 /// multiply the colour.
 pub(super) fn of_triangles(
     accessors: &Accessors,

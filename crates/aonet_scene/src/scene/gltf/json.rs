@@ -5,7 +5,7 @@ use serde::Deserialize;
 use serde::de::IgnoredAny;
 use std::collections::BTreeMap;
 
-/// Required extensions that leave positions and normals alone.
+/// Required extensions that do not change positions and normals.
 const WITHOUT_GEOMETRY: [&str; 14] = [
     "KHR_materials_",
     "KHR_texture_",
@@ -260,7 +260,7 @@ pub(super) struct Buffer {
 }
 
 impl Document {
-    /// Reads the JSON and refuses what this loader cannot honour.
+    /// Reads the JSON and refuses unsupported features.
     pub(super) fn parse(json: &[u8]) -> Result<Self> {
         let json = json.strip_prefix(b"\xef\xbb\xbf").unwrap_or(json);
         let document: Self = serde_json::from_slice(json)
@@ -291,7 +291,7 @@ fn supported(extension: &str) -> Result<()> {
     })
 }
 
-/// The refusal of Draco, with the way around it.
+/// The refusal of Draco, with a workaround.
 pub(super) fn draco() -> Error {
     Error::format(
         "glTF required extension",

@@ -1,6 +1,6 @@
 //! glTF 2.0 files, text and binary, as one mesh in world space: every triangle of the default scene at rest
-//! (node hierarchy, instances, morph targets at their default weights, skins), of its materials only
-//! the base colour and its texture.
+//! (node hierarchy, instances, morph targets at their default weights, skins). Of materials, only
+//! the base colour and its texture are read.
 
 mod accessor;
 mod buffers;
@@ -28,10 +28,10 @@ use texture::Images;
 /// Loads a `.gltf` or `.glb` file; its name without extension names the scene.
 ///
 /// Images are not decoded. One that cannot be read, or lies outside the folder of the file, is no reason to refuse
-/// the file: [`Textures`](super::Textures) say why it is missing.
+/// the file: [`Textures`](super::Textures) record why it is missing.
 ///
 /// Degenerate triangles and unused vertices are dropped, unusable normals are replaced by those of the geometry,
-/// triangles of mirrored nodes keep their front. Without a default scene the first one is taken, without any
+/// triangles of mirrored nodes keep their front. Without a default scene the first one is used, without any
 /// scene all root nodes.
 ///
 /// # Errors
@@ -79,7 +79,7 @@ pub fn from_bytes(
     scene.checked()
 }
 
-/// A mesh where a node shows it.
+/// A mesh with the transform of its node.
 struct PlacedMesh<'a> {
     index: usize,
     mesh: &'a Mesh,
@@ -133,7 +133,7 @@ impl PlacedMesh<'_> {
     }
 }
 
-/// Moves vertices to world space and keeps the front of each triangle in front.
+/// Moves vertices to world space and keeps each triangle's front.
 fn place(part: &mut Scene, pose: impl Fn(usize) -> Pose) {
     let mut decals = part.textures.decal.iter_mut();
     for triangle in &mut part.triangle {

@@ -1,4 +1,4 @@
-//! The node hierarchy: where every node stands, and which ones the scene shows.
+//! The node hierarchy: the transform of every node, and the nodes that the scene shows.
 
 use super::accessor::Accessors;
 use super::json::{Document, Node, at};
@@ -62,7 +62,7 @@ fn parents(nodes: &[Node]) -> Result<Vec<Option<usize>>> {
     Ok(parent)
 }
 
-/// Visits each node below `roots` once, parents first; `enter` says whether a node and its children are wanted.
+/// Visits each node below `roots` once, parents first; `enter` returns whether to visit a node's children.
 fn walk(nodes: &[Node], roots: &[usize], mut enter: impl FnMut(usize) -> bool) -> Result<Vec<usize>> {
     let mut seen = vec![false; nodes.len()];
     let mut order = Vec::new();
@@ -127,12 +127,12 @@ pub(super) fn instances(
     Ok((0..count).map(copy).collect())
 }
 
-/// How one vertex goes to world space.
+/// Transform of a vertex to world space.
 #[derive(Clone, Copy)]
 pub(super) struct Pose {
     point: DAffine3,
     normal: DMat3,
-    /// Front and back change sides.
+    /// Whether the transform exchanges front and back.
     pub(super) mirrors: bool,
 }
 
@@ -149,7 +149,7 @@ impl Pose {
         self.point.transform_point3(local.as_dvec3()).as_vec3()
     }
 
-    /// Unit length, or zero where the direction is lost.
+    /// Unit length, or zero if there is no direction.
     pub(super) fn direction(&self, local: glam::Vec3) -> glam::Vec3 {
         let direction = self.normal * local.as_dvec3();
         let largest = direction.abs().max_element();

@@ -7,7 +7,7 @@ use aonet::{Error, Result};
 use glam::Vec3;
 use std::collections::BTreeMap;
 
-/// Vertices and triangles in mesh space; no normals where the file has none. `None` for points and lines.
+/// Vertices and triangles in mesh space; no normals if the file has none. `None` for points and lines.
 pub(super) fn read(
     accessors: &Accessors,
     primitive: &Primitive,
@@ -36,7 +36,7 @@ pub(super) fn read(
 
 type Topology = fn(&[u32]) -> Vec<[u32; 3]>;
 
-/// How indices make triangles. glTF 2.0 specification §3.7.2.1.
+/// Triangles from indices. glTF 2.0 specification §3.7.2.1.
 fn topology(mode: u32, what: &str) -> Result<Option<Topology>> {
     match mode {
         0..=3 => Ok(None),
@@ -51,7 +51,7 @@ fn topology(mode: u32, what: &str) -> Result<Option<Topology>> {
     }
 }
 
-/// An attribute plus its weighted morph targets. Empty where the primitive has no such attribute.
+/// An attribute plus its weighted morph targets. Empty if the primitive lacks the attribute.
 fn morphed(
     accessors: &Accessors,
     primitive: &Primitive,

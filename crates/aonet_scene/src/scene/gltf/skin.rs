@@ -7,7 +7,7 @@ use super::primitive::Influences;
 use aonet::{Error, Result};
 use glam::{DAffine3, DMat3, DMat4, DVec3};
 
-/// Transforms from mesh space to world space, one a joint. The node of the mesh has no say:
+/// Transforms from mesh space to world space, one a joint. The node of the mesh is ignored:
 /// glTF 2.0 specification §3.7.3.3.
 pub(super) fn joints(
     document: &Document,
@@ -33,7 +33,7 @@ pub(super) fn joints(
     skin.joints.iter().zip(inverse_bind).map(placed).collect()
 }
 
-/// Weighted mean of the joints of one vertex; its first joint alone where all weights are zero.
+/// Weighted mean of the joints of one vertex; only its first joint if all weights are zero.
 pub(super) fn blend(joints: &[DAffine3], sets: &[Influences], vertex: usize) -> Pose {
     let mut total = 0.0;
     let mut sum = DAffine3 { matrix3: DMat3::ZERO, translation: DVec3::ZERO };

@@ -1,4 +1,4 @@
-//! Textures of base colours: where images are, and where they lie on triangles.
+//! Textures of base colours: the images' files and the triangles' texture coordinates.
 
 use super::accessor::Accessors;
 use super::buffers::{data_uri, path_beside};
@@ -10,19 +10,19 @@ use crate::scene::textures::{Decal, Image, ImageFile, Wrap};
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
 
-/// Bytes that the images beside a file may have together.
-// guess: four times those of large rooms in files to download.
+/// Most bytes of all images beside a file.
+// guess: four times the images of large downloadable rooms.
 const MAX_EXTERNAL_BYTES: u64 = 1 << 30;
 
-/// The images of a document, each looked up once, when a triangle asks for it.
+/// The images of a document; each is looked up once, when a triangle first uses it.
 pub(super) struct Images<'a> {
     document: &'a Document,
     base_dir: Option<&'a Path>,
     pub(super) accessors: &'a Accessors<'a>,
     pub(super) read: Vec<Image>,
-    /// Index in `read` of an image of the document; of all textures without an image.
+    /// Index in `read` of an image of the document; one index for all textures without an image.
     known: HashMap<Option<usize>, u32>,
-    /// Bytes that images in buffers may still have: views may lie on each other, and would multiply the file.
+    /// Remaining bytes for images in buffers, because overlapping views could multiply the file's size.
     embedded_bytes: usize,
     external_bytes: u64,
 }
@@ -44,7 +44,7 @@ impl<'a> Images<'a> {
         }
     }
 
-    /// What the triangles of a primitive show; empty where its material has no texture, or it no such coordinates.
+    /// The decals of a primitive's triangles; empty if its material has no texture, or it lacks the coordinates.
     ///
     /// # Errors
     /// When an index leads nowhere or the coordinates are broken.
@@ -69,7 +69,7 @@ impl<'a> Images<'a> {
         Ok(part.triangle.iter().map(|t| Some(Decal { image, uv: t.map(corner), wrap })).collect())
     }
 
-    /// Index of a texture's image among those read, and how it goes on beyond its edges.
+    /// Index of a texture's image among those read, and its wrap modes.
     fn image_of(&mut self, texture: &TextureInfo) -> Result<(u32, [Wrap; 2])> {
         let json = at(&self.document.textures, texture.index, "texture")?;
         let sampler = json.sampler.map(|i| at(&self.document.samplers, i, "sampler")).transpose()?;
@@ -121,7 +121,7 @@ impl<'a> Images<'a> {
         Ok(Image { name, file })
     }
 
-    /// The path of a file for which there is room.
+    /// The path of a file that fits in the remaining bytes.
     fn beside(&mut self, uri: &str) -> Result<PathBuf> {
         let path = path_beside(("image", uri), self.base_dir)?;
         let bytes = std::fs::metadata(&path).map_err(Error::io(&path))?.len();
@@ -142,8 +142,8 @@ fn wrap(mode: Option<u32>) -> Wrap {
     }
 }
 
-/// `KHR_texture_transform`: scaled, turned, moved. Its example tells which way: with (0, 1), a quarter turn and halves it shows
-/// the lower left quarter of the image. A place that is not finite is the origin.
+/// `KHR_texture_transform`: scales, rotates, then translates. The specification's example fixes the direction: with (0, 1), a
+/// quarter turn and halves it shows the lower left quarter of the image. A coordinate that is not finite becomes the origin.
 fn transformed([u, v]: [f32; 2], by: &TextureTransform) -> [f32; 2] {
     let (sin, cos) = by.rotation.sin_cos();
     let (u, v) = (u * by.scale[0], v * by.scale[1]);

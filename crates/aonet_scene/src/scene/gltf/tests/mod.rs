@@ -1,4 +1,4 @@
-//! Files are built in memory; what they must become is known in closed form.
+//! Files are built in memory; the expected scenes are known in closed form.
 
 mod arrays;
 mod builder;

@@ -49,7 +49,7 @@ fn corners_keep_their_places_when_vertices_move_split_and_vanish() {
         assert_eq!(scene.triangle.len(), 4);
         let expected: Vec<_> = soup(&scene).iter().map(|p| [p.x.abs(), p.z]).collect();
         assert_eq!(places(&scene), expected);
-        // White is what the image multiplies.
+        // The image multiplies white.
         assert_eq!(scene.albedo, [[1.0; 3]; 4]);
     }
 }
