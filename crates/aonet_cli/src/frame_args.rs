@@ -37,6 +37,16 @@ pub(crate) struct FrameArgs {
     json: bool,
 }
 
+/// How an AO image was made.
+pub(crate) struct Run<'a> {
+    /// Name of the method.
+    pub(crate) method: &'a str,
+    pub(crate) device: Device,
+    pub(crate) params: AoParams,
+    /// When the method started.
+    pub(crate) start: Instant,
+}
+
 impl FrameArgs {
     /// Reads the frame and its radius. `fallback` is the radius for a method that ignores it.
     pub(crate) fn load(&self, fallback: Option<AoParams>) -> Result<(Frame, AoParams)> {
@@ -67,13 +77,9 @@ impl FrameArgs {
         self.json
     }
 
-    /// Writes the AO and reports how it was made: by `method` on `device`, since `start`.
-    pub(crate) fn finish(
-        &self,
-        image: &AoImage,
-        start: Instant,
-        (method, device, params): (&str, Device, AoParams),
-    ) -> Result<()> {
+    /// Writes the AO and reports how it was made.
+    pub(crate) fn finish(&self, image: &AoImage, run: &Run<'_>) -> Result<()> {
+        let &Run { method, device, params, start } = run;
         let ms = start.elapsed().as_secs_f64() * 1e3;
         save_ao(&self.output, image)?;
         let (width, height, radius) = (image.width(), image.height(), params.radius());

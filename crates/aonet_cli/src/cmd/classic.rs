@@ -1,7 +1,7 @@
 //! `aonet classic`: AO from a G-buffer by a method without a network.
 
 use crate::device::Device;
-use crate::frame_args::FrameArgs;
+use crate::frame_args::{FrameArgs, Run};
 use crate::output::{Style, table};
 use crate::setup;
 use anyhow::{Context, Result};
@@ -66,7 +66,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
         }
         Device::Gpu => on_gpu(&method, (&gbuffer, params))?,
     };
-    args.frame.finish(&image, start, (method.name(), args.device, params))
+    args.frame.finish(&image, &Run { method: method.name(), device: args.device, params, start })
 }
 
 /// Runs the method, and reports the device on stderr.

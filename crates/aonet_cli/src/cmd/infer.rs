@@ -1,7 +1,7 @@
 //! `aonet infer`: AO from a G-buffer by a network.
 
 use crate::device::{Device, PrecisionArg};
-use crate::frame_args::FrameArgs;
+use crate::frame_args::{FrameArgs, Run};
 use crate::setup;
 use anyhow::Result;
 use aonet::net::{Model, cpu};
@@ -49,7 +49,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
         Device::Cpu => on_cpu(args, &model, (&gbuffer, params))?,
         Device::Gpu => on_gpu(args.precision, &model, (&gbuffer, params))?,
     };
-    args.frame.finish(&image, start, ("network", args.device, params))
+    args.frame.finish(&image, &Run { method: "network", device: args.device, params, start })
 }
 
 fn on_cpu(args: &Args, model: &Model, (gbuffer, params): (&GBuffer, AoParams)) -> Result<Timed> {

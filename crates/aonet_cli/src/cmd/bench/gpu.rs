@@ -6,13 +6,14 @@ mod methods;
 mod text;
 
 use super::Args;
-use super::subject::Method;
+use super::subject::{Case, Method};
 use crate::output;
 use anyhow::{Result, ensure};
-use aonet::gpu::{Device, Kernels, Precision, wgpu};
+use aonet::gpu::{Device, wgpu};
 use aonet_lab::timing::gpu::{GpuMethod, PassCost, Spread, classic_costs, network_costs, time_on_gpu};
 use estimate::{Peaks, RTX_3060};
 pub(super) use flags::Flags;
+use methods::Way;
 use serde::Serialize;
 use serde_json::json;
 
@@ -63,11 +64,11 @@ pub(super) fn run(args: &Args) -> Result<()> {
     );
     let mut rows = Vec::new();
     for (name, method) in methods::methods(args)? {
-        for way in methods::ways((args, &device), &method)? {
+        for way in methods::ways(args, &device, &method)? {
             for size in if args.size.is_empty() { SIZES.to_vec() } else { args.size.clone() } {
-                output::note(&format!("{name} {}x{}, {}, {}", size.0, size.1, way.0, way.1));
+                output::note(&format!("{name} {}x{}, {}, {}", size.0, size.1, way.precision, way.kernels));
                 let on = measured.then_some(&device);
-                rows.push(row((&name, &method), (size, way), (on, args))?);
+                rows.push(row(Case { name: &name, method: &method, size }, way, on, args)?);
             }
         }
     }
@@ -83,11 +84,8 @@ pub(super) fn run(args: &Args) -> Result<()> {
     output::text(&text::page(&rows, args.ops, [&heading, &note]))
 }
 
-fn row(
-    (name, method): (&str, &Method),
-    (size, (precision, kernels)): ((usize, usize), (Precision, Kernels)),
-    (on, args): (Option<&Device>, &Args),
-) -> Result<Row> {
+fn row(case: Case<'_>, way: Way, on: Option<&Device>, args: &Args) -> Result<Row> {
+    let (Case { name, method, size }, Way { precision, kernels }) = (case, way);
     let (of, costs) = match method {
         Method::Network(model) => {
             (GpuMethod::Network(model, precision, kernels), network_costs(model, size, precision)?)

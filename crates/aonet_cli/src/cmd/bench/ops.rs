@@ -1,6 +1,6 @@
 //! Every step of a network beside its lower bounds.
 
-use super::subject::{Method, Subject};
+use super::subject::{Case, Method, Subject};
 use super::{Args, machine, progress};
 use crate::output::{self, Style, number, table};
 use anyhow::Result;
@@ -35,21 +35,29 @@ struct Row {
     share: f64,
 }
 
+/// Options, and the machine's peaks with them.
+#[derive(Clone, Copy)]
+struct Setting {
+    options: Options,
+    peaks: Peaks,
+}
+
 /// Measures and prints.
 pub(super) fn run(args: &Args, subjects: &[Subject]) -> Result<()> {
-    let peaks = |options: Options| {
+    let setting = |options: Options| {
         output::note(&format!("peaks of {}, threads: {}", options.precision, options.threads));
-        Ok((options, Peaks::measure(options)?))
+        Ok(Setting { options, peaks: Peaks::measure(options)? })
     };
-    let peaks = args.options()?.into_iter().map(peaks).collect::<Result<Vec<_>>>()?;
+    let settings = args.options()?.into_iter().map(setting).collect::<Result<Vec<_>>>()?;
     let mut all = Vec::new();
     for subject in subjects {
-        let Method::Network(model) = &subject.load(args)? else { continue };
+        let (name, method) = (&subject.name, &subject.load(args)?);
+        let Method::Network(model) = method else { continue };
         for size in args.sizes() {
-            for &(options, peaks) in &peaks {
-                progress(&subject.name, size, options);
-                let ops = timing::time_ops(model, size, options, args.runs())?;
-                all.push(steps((&subject.name, size), ops, (options, peaks)));
+            for setting in &settings {
+                progress(name, size, setting.options);
+                let ops = timing::time_ops(model, size, setting.options, args.runs())?;
+                all.push(steps(Case { name, method, size }, *setting, ops));
             }
         }
     }
@@ -63,11 +71,8 @@ pub(super) fn run(args: &Args, subjects: &[Subject]) -> Result<()> {
     output::text(&format!("{}\n{note}\n{}; medians of {} runs\n", tables.join("\n"), machine(), args.runs()))
 }
 
-fn steps(
-    (network, (width, height)): (&str, (usize, usize)),
-    ops: Vec<OpTime>,
-    (options, peaks): (Options, Peaks),
-) -> Steps {
+fn steps(case: Case<'_>, Setting { options, peaks }: Setting, ops: Vec<OpTime>) -> Steps {
+    let (width, height) = case.size;
     let frame_ms: f64 = ops.iter().map(|op| op.median_ms).sum();
     let row = |op: OpTime| {
         let flop_floor_ms = op.cost.flop / peaks.gflop_per_s / 1e6;
@@ -77,7 +82,7 @@ fn steps(
         Row { op, flop_floor_ms, bytes_floor_ms, over_floor, share }
     };
     Steps {
-        network: network.to_owned(),
+        network: case.name.to_owned(),
         width,
         height,
         threads: options.threads,

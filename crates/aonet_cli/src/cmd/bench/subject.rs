@@ -29,6 +29,16 @@ enum Source {
     Classic(Classic),
 }
 
+/// A method at one image size.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Case<'a> {
+    /// Name of the method in tables.
+    pub(super) name: &'a str,
+    pub(super) method: &'a Method,
+    /// Width and height (px).
+    pub(super) size: (usize, usize),
+}
+
 /// A method that can run.
 #[derive(Debug)]
 pub(super) enum Method {

@@ -1,6 +1,6 @@
 //! One row for every method, size and number of threads.
 
-use super::subject::{Method, Subject};
+use super::subject::{Case, Method, Subject};
 use super::{Args, machine, progress};
 use crate::output::{self, Style, number, table};
 use crate::setup;
@@ -36,11 +36,11 @@ struct Row {
 pub(super) fn run(args: &Args, subjects: &[Subject]) -> Result<()> {
     let (mut rows, mut networks) = (Vec::new(), Vec::new());
     for subject in subjects {
-        let method = (subject.name.as_str(), &subject.load(args)?);
-        networks.extend(facts(method));
+        let (name, method) = (&subject.name, &subject.load(args)?);
+        networks.extend(facts(name, method));
         for size in args.sizes() {
-            for precision in args.precisions()?.iter().take(method.1.precisions()) {
-                rows.extend(by_threads(method, size, (*precision, args))?);
+            for precision in args.precisions()?.iter().take(method.precisions()) {
+                rows.extend(by_threads(Case { name, method, size }, *precision, args)?);
             }
         }
     }
@@ -51,7 +51,7 @@ pub(super) fn run(args: &Args, subjects: &[Subject]) -> Result<()> {
 }
 
 /// Configuration and size of a network.
-fn facts((name, method): (&str, &Method)) -> Option<Value> {
+fn facts(name: &str, method: &Method) -> Option<Value> {
     let Method::Network(model) = method else { return None };
     let graph = model.graph();
     let (macs, parameters) = (graph.macs_per_pixel(), graph.params_count());
@@ -60,26 +60,22 @@ fn facts((name, method): (&str, &Method)) -> Option<Value> {
 }
 
 /// A row for each number of threads.
-fn by_threads(
-    method: (&str, &Method),
-    size: (usize, usize),
-    (precision, args): (Precision, &Args),
-) -> Result<Vec<Row>> {
+fn by_threads(case: Case<'_>, precision: Precision, args: &Args) -> Result<Vec<Row>> {
     let mut rows: Vec<Row> = Vec::new();
     for threads in args.threads() {
         let options = Options { threads, precision, ..Options::default() };
-        progress(method.0, size, options);
-        let row = measure(method, size, (options, args.runs()))?;
+        progress(case.name, case.size, options);
+        let row = measure(case, options, args.runs())?;
         let scaling = rows.first().map_or(1.0, |first| first.times.median_ms / row.times.median_ms);
         rows.push(Row { scaling, ..row });
     }
     Ok(rows)
 }
 
-fn measure(of: (&str, &Method), size: (usize, usize), (options, runs): (Options, usize)) -> Result<Row> {
-    let ((name, method), threads) = (of, options.threads);
+fn measure(case: Case<'_>, options: Options, runs: usize) -> Result<Row> {
+    let (size, threads) = (case.size, options.threads);
     timing::reset_peak();
-    Ok(match method {
+    Ok(match case.method {
         Method::Network(model) => {
             let times = timing::time(model, size, options, runs)?;
             let gflop = gflop(model, size);
@@ -87,19 +83,20 @@ fn measure(of: (&str, &Method), size: (usize, usize), (options, runs): (Options,
                 precision: Some(options.precision.to_string()),
                 gflop: Some(gflop),
                 gflop_per_s: Some(1e3 * gflop / times.median_ms),
-                ..row(name, size, (threads, times))
+                ..row(case, threads, times)
             }
         }
         Method::Classic(method) => {
             let times = timing::time_classic(method, size, &setup::pool(Some(threads))?, runs)?;
-            Row { taps: Some(method.taps()), ..row(name, size, (threads, times)) }
+            Row { taps: Some(method.taps()), ..row(case, threads, times) }
         }
     })
 }
 
-fn row(name: &str, (width, height): (usize, usize), (threads, times): (usize, Times)) -> Row {
+fn row(case: Case<'_>, threads: usize, times: Times) -> Row {
+    let (width, height) = case.size;
     Row {
-        method: name.to_owned(),
+        method: case.name.to_owned(),
         width,
         height,
         threads,

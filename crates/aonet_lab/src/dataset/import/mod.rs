@@ -91,8 +91,9 @@ pub fn import(dir: &Path, wanted: &Import, on_event: &dyn Fn(Event)) -> Result<I
     let missing: Vec<_> = jobs.iter().filter(|(file, _)| !done.contains(*file)).collect();
     let mut saved = Instant::now();
     for batch in missing.chunks(rayon::current_num_threads()) {
-        let entries =
-            batch.par_iter().map(|(file, (job, triple))| bring(dir, wanted, (file, &plan, *job, triple)));
+        let entries = batch
+            .par_iter()
+            .map(|(file, (job, triple))| bring(dir, wanted, &plan, &Source { file, job: *job, triple }));
         for entry in entries.collect::<Result<Vec<_>>>()? {
             on_event(Event::Frame(&entry));
             manifest.insert(entry);
@@ -173,12 +174,17 @@ fn resume(dir: &Path, plan: &DatasetPlan, jobs: &Jobs) -> Result<Manifest> {
     Ok(manifest)
 }
 
+/// A frame to write, and the files that it comes from.
+struct Source<'a> {
+    /// The frame's file, relative to the manifest.
+    file: &'a str,
+    job: Job,
+    triple: &'a Triple,
+}
+
 /// Writes the frame of a triple.
-fn bring(
-    dir: &Path,
-    wanted: &Import,
-    (file, plan, job, triple): (&str, &DatasetPlan, Job, &Triple),
-) -> Result<FrameEntry> {
+fn bring(dir: &Path, wanted: &Import, plan: &DatasetPlan, source: &Source<'_>) -> Result<FrameEntry> {
+    let &Source { file, job, triple } = source;
     let (frame, view) = triple::read(&triple.files, wanted)?;
     let path = dir.join(file);
     let folder = path.parent().unwrap_or(dir);

@@ -34,9 +34,17 @@ pub(super) fn methods(args: &Args) -> Result<Vec<(String, Method)>> {
     Ok(methods)
 }
 
-/// Precisions and kernels to time a method with: those of the arguments that the device has.
-pub(super) fn ways((args, device): (&Args, &Device), method: &Method) -> Result<Vec<(Precision, Kernels)>> {
-    let Method::Network(model) = method else { return Ok(vec![(Precision::F32, Kernels::Plain)]) };
+/// A way to run a method.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Way {
+    pub(super) precision: Precision,
+    pub(super) kernels: Kernels,
+}
+
+/// The ways to time a method: those of the arguments that the device has.
+pub(super) fn ways(args: &Args, device: &Device, method: &Method) -> Result<Vec<Way>> {
+    let plain = Way { precision: Precision::F32, kernels: Kernels::Plain };
+    let Method::Network(model) = method else { return Ok(vec![plain]) };
     let mut precisions = args.precision.iter().map(|p| p.gpu()).collect::<Result<Vec<_>>>()?;
     if precisions.is_empty() {
         precisions = vec![Precision::F32, Precision::F16];
@@ -47,7 +55,7 @@ pub(super) fn ways((args, device): (&Args, &Device), method: &Method) -> Result<
     for precision in precisions {
         for flag in flags {
             let precision = precision.on(&device.device, model.config().features);
-            let way = (precision, flag.on(device).on(&device.device, precision));
+            let way = Way { precision, kernels: flag.on(device).on(&device.device, precision) };
             if !ways.contains(&way) {
                 ways.push(way);
             }
