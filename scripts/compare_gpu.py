@@ -4,7 +4,7 @@
     scripts/compare_gpu.py MODEL... [--size 1280x720 1920x1080 3840x2160] [--runs 50] [--aonet PATH] [--check] [--json FILE]
 
 A MODEL is a network (.safetensors). Needs a program built with `cargo build --release --features gpu`, PyTorch with CUDA, numpy,
-Pillow and safetensors. With --check no GPU: PyTorch's image is compared with that of `aonet infer` on the CPU, and that is all; the
+Pillow and safetensors. --check needs no GPU: it only compares PyTorch's image with that of `aonet infer` on the CPU; the
 same comparison comes before every measurement.
 
 What is timed. PyTorch: a network with features in the GPU's memory, to visibility in it, by CUDA events; eager and compiled, in

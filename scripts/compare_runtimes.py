@@ -4,9 +4,9 @@
     scripts/compare_runtimes.py MODEL... [--size 1280x720] [--threads 1 2] [--rounds 9] [--precision f32 bf16 int8]
                                 [--only WORD...] [--aonet PATH] [--json FILE]
 
-A MODEL is a network (.safetensors) or a configuration (.json: random weights). Needs numpy and Pillow; takes part whoever can
+A MODEL is a network (.safetensors) or a configuration (.json: random weights). Needs numpy and Pillow; includes every runtime that can
 be imported: onnxruntime, openvino, nncf (OpenVINO's quantiser), ncnn with pnnx (the fixed files, converted). Every round
-runs every runtime with every precision and number of threads, so that a machine that slows down slows down all: one call
+runs every runtime with every precision and number of threads, so that a slower machine affects all of them: one call
 that does not count, then the median of three, as `aonet bench` does.
 
 What is timed. Others: one call with features in memory, to visibility in memory. `aonet`: a whole frame from the
@@ -15,7 +15,7 @@ patches, which the others do inside their call and which takes a few millisecond
 
 Frames are rendered from procedural scenes: four to calibrate 8-bit forms, another one to measure errors, which are differences
 of visibility on its foreground from the first f32 runtime that ran (ours by way of a 16-bit image: 8e-6 are lost). A network without kernels (such as
-assets/models/rows/base_patch.safetensors) shows what convolutions alone are worth: its table says so.
+assets/models/rows/base_patch.safetensors) shows the time of convolutions alone; its table says so.
 """
 import argparse
 import json

@@ -1,7 +1,7 @@
 """8-bit forms of exported networks, calibrated on features of frames: for compare_runtimes.py.
 
-The trunk is quantised: convolutions, and what lies between them, so that values stay 8-bit all the way. Kernels over the
-normals and what follows them stay f32, where a few 8-bit steps would be visible.
+The trunk is quantised: convolutions and the operations between them, so that values stay 8-bit throughout. Kernels over the
+normals and later operations stay f32, where a few 8-bit steps would be visible.
 """
 import contextlib
 import io
@@ -9,9 +9,9 @@ import logging
 
 from runtimes import importable
 
-# What lies between convolutions, and convolutions.
+# Convolutions and the operations between them.
 OPERATORS = ["Conv", "LeakyRelu", "Pad", "AveragePool", "Concat", "Resize"]
-# Beginnings of the names of what applies kernels: of aonet_lab's onnx/ops.rs and onnx/tuned.rs.
+# Prefixes of the names of operations that apply kernels: see aonet_lab's onnx/ops.rs and onnx/tuned.rs.
 TAIL = ("normal", "kernel", "weighed", "softmax", "component", "head/")
 
 

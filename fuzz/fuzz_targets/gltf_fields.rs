@@ -1,5 +1,5 @@
-//! A sound scene file with some numbers of its JSON replaced and bytes of its buffer changed: reaches past the
-//! parser, where damage at random rarely does.
+//! A valid scene file with some numbers of its JSON replaced and bytes of its buffer changed. It reaches code behind the
+//! parser, which random damage rarely does.
 #![no_main]
 
 use aonet_scene::scene::{MissingNormals, gltf};

@@ -1,4 +1,4 @@
-//! `--device`: references of graphics processors, and what is said where there are none.
+//! `--device`: references of graphics processors, and the message without one.
 
 mod common;
 

@@ -1,4 +1,4 @@
-//! The program in bad company: readers that hang up, full disks, files cut short, numbers that are none.
+//! The program under bad conditions: closed pipes, full disks, truncated files, invalid numbers.
 
 use serde_json::Value;
 use std::path::PathBuf;

@@ -1,4 +1,4 @@
-//! What optimised builds must not exceed: memory, time to the first image; and what is handed out, in size.
+//! Limits of optimised builds: memory, time to the first image, and the size of the released program.
 //!
 //!     cargo test --release -p aonet_cli --test limits -- --nocapture --include-ignored
 //!     cargo test --profile dist -p aonet_cli --test limits -- --nocapture
@@ -15,7 +15,7 @@ const START_MS: f64 = 30.0;
 /// Largest program of the profile `dist`, without training (bytes).
 const PROGRAM_BYTES: u64 = 8_000_000;
 
-/// Held while a test measures: others would take the machine from it.
+/// Held while a test measures, so that other tests do not disturb it.
 static ALONE: Mutex<()> = Mutex::new(());
 
 fn json(folder: &Path, line: &str) -> Value {
@@ -68,7 +68,7 @@ fn the_first_image_comes_soon() {
             let line = format!(
                 "bench --model {network}.safetensors --size 1280x720 --threads {threads} --runs 5 --json"
             );
-            // Whatever else the machine does, one of a few tries is left in peace.
+            // On a busy machine, one of a few tries is undisturbed.
             let late = (0..5).map(|_| {
                 let row = &json(desk.path(), &line)["timings"][0];
                 row["first_ms"].as_f64().unwrap() - row["median_ms"].as_f64().unwrap()

@@ -40,7 +40,7 @@ impl Desk {
         String::from_utf8(output.stdout).unwrap()
     }
 
-    /// Runs a command that must say why it cannot; returns stderr.
+    /// Runs a command that must fail with a message; returns stderr.
     fn fails(&self, line: &str) -> String {
         let output = self.run(line);
         let stderr = String::from_utf8_lossy(&output.stderr).into_owned();

@@ -1,4 +1,4 @@
-//! `aonet view` without a window, and what is said where it cannot show anything.
+//! `aonet view` without a window, and its messages when it cannot draw.
 
 mod common;
 

@@ -171,9 +171,8 @@ impl Scale {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::dataset::{self, Counts, DatasetParams, DatasetPlan, Preset};
-    use aonet_scene::scene::procedural::Kind;
-    use aonet_scene::staging::{SceneSpec, SceneSplit};
+    use crate::dataset::{Counts, tiny};
+    use aonet_scene::staging::SceneSplit;
 
     #[test]
     fn scales_go_there_and_back() {
@@ -193,19 +192,8 @@ mod tests {
     fn a_search_betters_the_loss_on_training_frames_and_repeats() {
         let dir = tempfile::tempdir().unwrap();
         let frames = Counts { train: 2, val: 0, val_seen: 0, test: 1 };
-        let recipe = DatasetParams {
-            width: 64,
-            height: 36,
-            frames,
-            spp: 32,
-            eval_spp: 32,
-            ..DatasetParams::preset(Preset::Paper)
-        };
-        let scene = |seed, split| SceneSpec::procedural(Kind::ClutterPile, seed, split);
-        let plan =
-            DatasetPlan::new(recipe, vec![scene(1, SceneSplit::Train), scene(2, SceneSplit::Test)]).unwrap();
-        dataset::generate(dir.path(), &plan, &dataset::Work::default(), &|_| ()).unwrap();
-        let manifest = Manifest::load(dir.path()).unwrap();
+        let splits = [SceneSplit::Train, SceneSplit::Test];
+        let manifest = tiny::make(dir.path(), tiny::params((64, 36), 32, frames), &splits);
         let method = Classic::named("gtao").unwrap();
         let search = Search { frames: 2, trials: 24, seed: 5 };
         let tuned = tune(&manifest, method, search, &|_, _| ()).unwrap();

@@ -1,4 +1,4 @@
-//! Classic methods on frames of an Embree-based tracer: as strong as other people's implementations of them.
+//! Classic methods on frames of an Embree-based tracer: as good as independent implementations.
 //!
 //! The frames are not part of the project; `AONET_DATA` names the folder that has `reference-frames`.
 

@@ -1,6 +1,6 @@
-//! Classic methods on the demo's room against pictures that were looked at by eye.
+//! Classic methods on the demo's room against pictures that were inspected by eye.
 //!
-//! `AONET_UPDATE=1` writes the pictures anew; look at them before they are committed.
+//! `AONET_UPDATE=1` writes the pictures again; inspect them before committing.
 
 use aonet::search::Classic;
 use aonet::{AoImage, metrics};

@@ -1,4 +1,4 @@
-//! Frame files: what is written is read back, and what others wrote is read right.
+//! Frame files: written files are read back, and other programs' files are read correctly.
 
 use aonet::{AoImage, Camera, GBuffer, Size};
 use aonet_lab::frame::{Frame, FrameHints};

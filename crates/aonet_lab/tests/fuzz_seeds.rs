@@ -1,5 +1,5 @@
-//! Replays what the fuzzers start from and what they found (`fuzz/seeds`): files named `crash-*` once broke a
-//! reader, all others are sound.
+//! Replays the fuzzers' seeds and findings (`fuzz/seeds`): files named `crash-*` once broke a
+//! reader, all others are valid.
 
 use aonet::net::config::{Arch, Features, KernelWeights, Skips};
 use aonet::net::model::Precision;
@@ -18,7 +18,7 @@ fn folder(target: &str) -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../fuzz/seeds").join(target)
 }
 
-/// Reads every seed of a target; `reads` says whether the file is sound.
+/// Reads every seed of a target; `reads` returns whether the file is valid.
 fn replay(target: &str, reads: impl Fn(&[u8]) -> bool) {
     let mut sound = 0;
     for entry in std::fs::read_dir(folder(target)).unwrap() {

@@ -1,6 +1,6 @@
 //! ONNX files in ONNX Runtime against the CPU session.
 //!
-//! Needs `python3` with `onnx` and `onnxruntime`; without them the test says that it did not run, or fails where
+//! Needs `python3` with `onnx` and `onnxruntime`; without them the test reports that it did not run, or fails if
 //! `AONET_REQUIRE_ONNX` is set.
 
 #[path = "../../aonet/tests/common/mod.rs"]
@@ -75,7 +75,7 @@ fn models() -> Vec<(&'static str, Model)> {
     ]
 }
 
-/// Whether ONNX Runtime can be asked.
+/// Whether ONNX Runtime is available.
 fn available() -> bool {
     let import = Command::new("python3").args(["-c", "import onnx, onnxruntime"]).output();
     let found = import.is_ok_and(|output| output.status.success());

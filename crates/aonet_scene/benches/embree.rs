@@ -1,6 +1,6 @@
-//! Occlusion rays a second and core, beside Embree in the same run.
+//! Occlusion rays per second and core, beside Embree in the same run.
 //!
-//!     EMBREE_DIR=folder AONET_DATA=folder cargo bench -p aonet_lab --bench embree
+//!     EMBREE_DIR=folder AONET_DATA=folder cargo bench -p aonet_scene --bench embree
 //!
 //! `EMBREE_DIR` has `libembree4*` and the `libtbb*` it needs (the Python wheel `embreex` bundles them); without it
 //! only our own rates are measured. `AONET_DATA` adds scenes of that folder.

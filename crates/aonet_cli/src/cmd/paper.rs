@@ -5,7 +5,8 @@ use anyhow::{Context, Result};
 use aonet_lab::dataset::Manifest;
 use aonet_lab::paper::{self, Content, Item, Models, Section, Subject};
 use aonet_scene::atomic_file;
-use clap::{Parser, ValueEnum};
+use clap::Parser;
+use clap::builder::PossibleValuesParser;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde_json::json;
 use std::path::{Path, PathBuf};
@@ -26,8 +27,8 @@ const WEIGHTS: &str = "assets/models/rows";
   aonet paper all --test data/test -o results/paper        (and report.html)")]
 pub(crate) struct Args {
     /// Which table or figure.
-    #[arg(value_enum)]
-    what: What,
+    #[arg(value_parser = names())]
+    what: String,
     /// Dataset folder or manifest whose frames of the split `test` are used.
     #[arg(long, value_name = "DATASET")]
     test: Option<PathBuf>,
@@ -48,40 +49,17 @@ pub(crate) struct Args {
     json: bool,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum What {
-    Table1,
-    Table2,
-    Table3,
-    Table4,
-    Ablations,
-    Fig2,
-    Fig3,
-    Fig5,
-    Fig6,
-    Fig7,
-    Fig8,
-    All,
+/// Makes every item that can be made.
+const ALL: &str = "all";
+
+fn names() -> PossibleValuesParser {
+    Item::ALL.map(Item::name).into_iter().chain([ALL]).into()
 }
 
-impl What {
-    /// The items to make; for `all`, every item that can be made.
-    fn items(self, has_frames: bool) -> Vec<Item> {
-        match self {
-            Self::All => Item::ALL.into_iter().filter(|i| has_frames || !i.needs_frames()).collect(),
-            Self::Table1 => vec![Item::Table1],
-            Self::Table2 => vec![Item::Table2],
-            Self::Table3 => vec![Item::Table3],
-            Self::Table4 => vec![Item::Table4],
-            Self::Ablations => vec![Item::Ablations],
-            Self::Fig2 => vec![Item::Fig2],
-            Self::Fig3 => vec![Item::Fig3],
-            Self::Fig5 => vec![Item::Fig5],
-            Self::Fig6 => vec![Item::Fig6],
-            Self::Fig7 => vec![Item::Fig7],
-            Self::Fig8 => vec![Item::Fig8],
-        }
-    }
+/// The items of a name; for `all`, every item that can be made.
+fn items(what: &str, has_frames: bool) -> Vec<Item> {
+    let possible = |item: &Item| has_frames || !item.needs_frames();
+    Item::ALL.into_iter().filter(|item| item.name() == what || (what == ALL && possible(item))).collect()
 }
 
 /// Runs the command.
@@ -92,8 +70,8 @@ pub(crate) fn run(args: &Args) -> Result<()> {
         None if Path::new(WEIGHTS).is_dir() => Models::load(Path::new(WEIGHTS))?,
         None => Models::default(),
     };
-    let items = args.what.items(manifest.is_some());
-    if args.what == What::All && manifest.is_none() {
+    let items = items(&args.what, manifest.is_some());
+    if args.what == ALL && manifest.is_none() {
         output::note("without --test only table2 and fig3 can be made");
     }
     let words: Vec<String> = std::env::args().skip(1).collect();
@@ -132,7 +110,7 @@ fn write(args: &Args, sections: &[Section]) -> Result<()> {
             }
         };
     }
-    if args.what == What::All {
+    if args.what == ALL {
         let path = dir.join("report.html");
         atomic_file::write(&path, paper::report(sections)?.as_bytes())?;
         text += &format!("{}\n", path.display());

@@ -1,4 +1,4 @@
-//! The program, run in a folder, and what it says.
+//! Runs the program in a folder, and checks its output.
 #![allow(dead_code, reason = "not every test needs everything")]
 
 use serde_json::Value;
@@ -24,7 +24,7 @@ pub(crate) fn json(folder: &Path, line: &str) -> Value {
     serde_json::from_str(&ok(folder, line)).unwrap()
 }
 
-/// What a command says that cannot run.
+/// The message of a command that cannot run.
 pub(crate) fn refusal(output: &Output) -> String {
     let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
     assert_eq!(output.status.code(), Some(2), "{stderr}");

@@ -30,3 +30,5 @@ use aonet_scene::Scene;
 mod fixtures;
 #[cfg(test)]
 mod tests;
+#[cfg(test)]
+pub(crate) mod tiny;

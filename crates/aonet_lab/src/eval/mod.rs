@@ -278,11 +278,10 @@ fn finite_psnr(psnr: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::dataset::{self, Counts, DatasetParams, DatasetPlan, Preset};
+    use crate::dataset::{Counts, tiny};
     use aonet::net::naive;
     use aonet::{Camera, Projection, Size};
-    use aonet_scene::scene::procedural::Kind;
-    use aonet_scene::staging::{SceneSpec, SceneSplit};
+    use aonet_scene::staging::SceneSplit;
     use std::path::Path;
 
     fn gbuffer() -> GBuffer {
@@ -325,19 +324,8 @@ mod tests {
 
     fn dataset(dir: &Path) -> Manifest {
         let frames = Counts { train: 1, val: 0, val_seen: 0, test: 2 };
-        let recipe = DatasetParams {
-            width: 48,
-            height: 27,
-            frames,
-            spp: 16,
-            eval_spp: 16,
-            ..DatasetParams::preset(Preset::Paper)
-        };
-        let scene = |seed, split| SceneSpec::procedural(Kind::ClutterPile, seed, split);
-        let plan =
-            DatasetPlan::new(recipe, vec![scene(1, SceneSplit::Train), scene(2, SceneSplit::Test)]).unwrap();
-        dataset::generate(dir, &plan, &dataset::Work::default(), &|_| ()).unwrap();
-        Manifest::load(dir).unwrap()
+        let splits = [SceneSplit::Train, SceneSplit::Test];
+        tiny::make(dir, tiny::params((48, 27), 16, frames), &splits)
     }
 
     #[test]

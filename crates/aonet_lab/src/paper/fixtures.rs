@@ -1,30 +1,18 @@
 //! A tiny dataset, tiny networks and made-up measurements for the tests.
 
 use super::measure::{Measured, Measurements};
-use crate::dataset::{self, Counts, DatasetParams, DatasetPlan, Manifest, Preset};
+use crate::dataset::{Counts, Manifest, tiny};
 use crate::eval::Row;
 use aonet::net::model::Precision;
 use aonet::net::{Graph, Model, ModelConfig, TrainingFacts, Weights};
 use aonet::{Camera, GBuffer, Projection, Size};
-use aonet_scene::scene::procedural::Kind;
-use aonet_scene::staging::{SceneSpec, SceneSplit};
+use aonet_scene::staging::SceneSplit;
 use std::path::Path;
 
 /// Four test frames of two scenes, 96x64, and no others.
 pub(crate) fn dataset(dir: &Path) -> Manifest {
     let frames = Counts { train: 0, val: 0, val_seen: 0, test: 4 };
-    let recipe = DatasetParams {
-        width: 96,
-        height: 64,
-        frames,
-        spp: 8,
-        eval_spp: 8,
-        ..DatasetParams::preset(Preset::Paper)
-    };
-    let scene = |seed| SceneSpec::procedural(Kind::ClutterPile, seed, SceneSplit::Test);
-    let plan = DatasetPlan::new(recipe, vec![scene(1), scene(2)]).unwrap();
-    dataset::generate(dir, &plan, &dataset::Work::default(), &|_| ()).unwrap();
-    Manifest::load(dir).unwrap()
+    tiny::make(dir, tiny::params((96, 64), 8, frames), &[SceneSplit::Test; 2])
 }
 
 /// A network with the patches, kernels and features of `config` and the smallest widths, random weights.

@@ -50,7 +50,7 @@ fn procedural(kind: Kind, (width, height): (usize, usize)) -> (Scene, View) {
     (tracer.scene().clone(), view)
 }
 
-/// A small scene with its surface: something of everything.
+/// A small, varied scene with its surface.
 fn stage(size: (usize, usize)) -> (Tracer, View, Surface) {
     let (scene, view) = procedural(Kind::ToyBlocks, size);
     let tracer = Tracer::new(scene);

@@ -1,4 +1,4 @@
-//! What is refused, and what a device needs to have.
+//! Invalid requests, and requirements of a device.
 
 use super::device::{filled, target};
 use super::textures::{FLOATS, Shown};
@@ -77,7 +77,7 @@ fn a_lost_device_is_an_error() {
     assert!(Offscreen::new(&device, &tracer).is_err());
 }
 
-/// What a future that never waits comes to.
+/// The result of a future that never waits.
 fn ready<T>(future: impl Future<Output = T>) -> T {
     let mut future = std::pin::pin!(future);
     loop {
@@ -87,7 +87,7 @@ fn ready<T>(future: impl Future<Output = T>) -> T {
     }
 }
 
-/// A device with nothing but these limits.
+/// A device with only these limits.
 fn limited(limits: wgpu::Limits) -> (wgpu::Device, wgpu::Queue) {
     let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
     let adapter = ready(instance.request_adapter(&Default::default())).unwrap();

@@ -17,7 +17,7 @@ use glam::{Vec3, Vec3A};
 pub(super) const FLOATS: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
 const HALVES: wgpu::TextureFormat = wgpu::TextureFormat::Rgba16Float;
 
-/// What a renderer knows of a frame.
+/// A renderer's textures of a frame.
 pub(super) struct Shown<'a> {
     pub(super) camera: Camera,
     pub(super) depth: &'a [f32],

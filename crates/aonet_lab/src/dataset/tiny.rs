@@ -1,0 +1,19 @@
+//! Tiny datasets for the tests of this crate.
+
+use super::{Counts, DatasetParams, DatasetPlan, Manifest, Preset, Work, generate};
+use aonet_scene::scene::procedural::Kind;
+use aonet_scene::staging::{SceneSpec, SceneSplit};
+use std::path::Path;
+
+/// Parameters of `frames` of `width` x `height` pixels with `spp` rays each; the rest is the paper's.
+pub(crate) fn params((width, height): (usize, usize), spp: u32, frames: Counts) -> DatasetParams {
+    DatasetParams { width, height, frames, spp, eval_spp: spp, ..DatasetParams::preset(Preset::Paper) }
+}
+
+/// Makes a dataset with one small scene for each of `splits`.
+pub(crate) fn make(dir: &Path, params: DatasetParams, splits: &[SceneSplit]) -> Manifest {
+    let scene = |(seed, split): (u64, &SceneSplit)| SceneSpec::procedural(Kind::ClutterPile, seed, *split);
+    let plan = DatasetPlan::new(params, (1..).zip(splits).map(scene).collect()).unwrap();
+    generate(dir, &plan, &Work::default(), &|_| ()).unwrap();
+    Manifest::load(dir).unwrap()
+}
