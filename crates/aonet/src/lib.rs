@@ -15,7 +15,7 @@ pub mod simd;
 pub use error::{Error, Result};
 pub use frame::ao_image::{AoImage, AoParams};
 pub use frame::camera::{Camera, Projection};
-pub use frame::gbuffer::GBuffer;
+pub use frame::gbuffer::{GBuffer, SecondLayer};
 pub use frame::size::Size;
 pub use frame::window::{Margin, Window};
 pub use glam;

@@ -243,8 +243,8 @@ fn a_shifted_frame_gives_a_shifted_image() {
     let crop = |x0: usize, y0: usize| {
         let index = |i: usize| (i / small_size.0 + y0) * large.width() + i % small_size.0 + x0;
         let pixels = 0..small_size.0 * small_size.1;
-        let depth = pixels.clone().map(|i| large.depth()[index(i)]).collect();
-        let normal = pixels.map(|i| large.normal()[index(i)]).collect();
+        let depth = pixels.clone().map(|i| large.depth()[index(i)]).collect::<Vec<_>>();
+        let normal = pixels.map(|i| large.normal()[index(i)]).collect::<Vec<_>>();
         GBuffer::new(camera(small_size.0, small_size.1), depth, normal).unwrap()
     };
     let [a, b] = [(0, 0), (dx, dy)].map(|(x, y)| run(&model, &crop(x, y), (2, Level::best())));

@@ -97,7 +97,7 @@ mod tests {
     const SIZE: Size = Size::px(32, 16);
 
     /// A wall three units away, seen by a camera that went to the right by so many pixels.
-    fn wall(step_px: f32) -> GBuffer {
+    fn wall(step_px: f32) -> GBuffer<'static> {
         let camera = Camera::perspective(1.0, SIZE).unwrap();
         let at = |x: f32| camera.looking_at([x, 0.0, 0.0], [x, 0.0, -1.0], [0.0, 1.0, 0.0]);
         let px = at(0.0).unwrap().projected_px(1.0, 3.0);

@@ -69,7 +69,7 @@ pub fn tune(
     Ok(best)
 }
 
-type TrainingFrame = (GBuffer, AoParams, AoImage);
+type TrainingFrame = (GBuffer<'static>, AoParams, AoImage);
 
 fn load(manifest: &Manifest, count: usize) -> Result<Vec<TrainingFrame>> {
     let train: Vec<&FrameEntry> = manifest.frames(Split::Train).collect();

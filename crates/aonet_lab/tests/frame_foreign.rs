@@ -35,7 +35,7 @@ fn pixels(camera: &Camera) -> (Vec<f32>, Vec<[f32; 3]>) {
     (0..camera.width() * camera.height()).map(pixel).unzip()
 }
 
-fn direct() -> GBuffer {
+fn direct() -> GBuffer<'static> {
     let camera = view().camera().unwrap();
     let (depth, normal) = pixels(&camera);
     GBuffer::new(camera, depth, normal).unwrap()

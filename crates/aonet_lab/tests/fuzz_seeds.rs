@@ -86,7 +86,8 @@ fn write_fuzz_seeds() {
     std::fs::write(folder("manifest").join("one_frame.json"), manifest.to_string()).unwrap();
     let depth = vec![1.0, 2.0, f32::INFINITY, 4.0, 5.0, 6.0];
     let normal = depth.iter().map(|d: &f32| if d.is_finite() { [0.0, 0.0, 1.0] } else { [0.0; 3] });
-    let gbuffer = aonet::GBuffer::new(view.camera().unwrap(), depth.clone(), normal.collect()).unwrap();
+    let gbuffer =
+        aonet::GBuffer::new(view.camera().unwrap(), depth.clone(), normal.collect::<Vec<_>>()).unwrap();
     let ao = aonet::AoImage::new(aonet::Size::px(3, 2), vec![0.5, 0.25, 1.0, 0.0, 1.0, 0.75]).unwrap();
     let geo_normal = Some(gbuffer.normal().to_vec());
     let frame = Frame { gbuffer, geo_normal, ao: Some(ao), radius: Some(0.7), view: Some(view) };

@@ -21,7 +21,7 @@ const TOLERANCE: f32 = 1e-5;
 struct Case {
     name: String,
     extent: Extent,
-    gbuffer: GBuffer,
+    gbuffer: GBuffer<'static>,
     expected: AoImage,
 }
 

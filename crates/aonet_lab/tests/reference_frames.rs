@@ -95,7 +95,8 @@ impl Case {
         let gbuffer = &self.surface.gbuffer;
         let depth =
             gbuffer.depth().iter().enumerate().map(|(i, d)| if i % 67 == 0 { *d } else { f32::INFINITY });
-        let gbuffer = GBuffer::new(*gbuffer.camera(), depth.collect(), gbuffer.normal().to_vec()).unwrap();
+        let gbuffer =
+            GBuffer::new(*gbuffer.camera(), depth.collect::<Vec<_>>(), gbuffer.normal().to_vec()).unwrap();
         Surface { gbuffer, ..self.surface.clone() }
     }
 }

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 #[derive(Debug, Clone)]
 pub struct Surface {
     /// Depth and shading normals, view space.
-    pub gbuffer: GBuffer,
+    pub gbuffer: GBuffer<'static>,
     /// HxW geometric normals, view space, towards the viewer; zero on the background.
     pub geo_normal: Vec<[f32; 3]>,
     /// HxW: true where the visible side is the back of its triangle by winding; false on the background.
@@ -74,8 +74,8 @@ pub fn render(tracer: &Tracer, view: &View) -> Result<Surface> {
         .flat_map_iter(|y| (0..camera.width()).map(move |x| (x, y)))
         .map(|(x, y)| cast(tracer, &camera, view.far, (x, y)))
         .collect();
-    let depth = pixels.iter().map(|p| p.depth).collect();
-    let normal = pixels.iter().map(|p| p.normal).collect();
+    let depth = pixels.iter().map(|p| p.depth).collect::<Vec<_>>();
+    let normal = pixels.iter().map(|p| p.normal).collect::<Vec<_>>();
     Ok(Surface {
         gbuffer: GBuffer::new(camera, depth, normal)?,
         geo_normal: pixels.iter().map(|p| p.geo_normal).collect(),

@@ -1,28 +1,39 @@
 //! What screen space knows: depth and normal of every pixel, and the camera that saw them.
 
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::frame::camera::Camera;
+use crate::frame::check::{self, Facing};
 use crate::frame::size::Size;
+use crate::frame::window::{Margin, Window};
+use std::borrow::Cow;
 
-/// How far a normal's length may be from 1. guess: loose enough for half floats and 8-bit textures.
-const UNIT_TOLERANCE: f32 = 0.05;
-
-/// Share of the foreground whose normals may face away from the viewer. Interpolated shading normals
-/// do so near silhouettes; a world-space buffer does so on about half of the pixels.
-/// guess: between the two.
-const MAX_BACKFACING: f32 = 0.35;
-
-/// Depth and normals of one frame. Checked once, at construction.
+/// Depth and normals of one frame. Checked once, at construction; the pixels are borrowed where they can be used as
+/// they are, else copied.
 #[derive(Debug, Clone, PartialEq)]
-pub struct GBuffer {
+pub struct GBuffer<'a> {
     camera: Camera,
-    depth: Vec<f32>,
-    normal: Vec<[f32; 3]>,
+    window: Window,
+    depth: Cow<'a, [f32]>,
+    normal: Cow<'a, [[f32; 3]]>,
+    second: Option<SecondLayer<'a>>,
 }
 
-impl GBuffer {
+/// What lies behind the surfaces that a frame shows: HxW, row by row from the top.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SecondLayer<'a> {
+    /// Distance along -Z (world units), not in front of the first layer; infinite where there is nothing.
+    pub depth: Cow<'a, [f32]>,
+    /// View-space normals, of unit length; ignored where there is nothing.
+    pub normal: Option<Cow<'a, [[f32; 3]]>>,
+}
+
+impl<'a> GBuffer<'a> {
     /// A frame from HxW `depth` (distance along -Z (world units), > 0, infinite on the background) and
-    /// HxW view-space `normal` (unit length; ignored and set to zero on the background).
+    /// HxW view-space `normal` (unit length; ignored and taken as zero on the background).
+    ///
+    /// Vectors are taken over. Slices are borrowed, unless a background normal is not zero or the length of a normal
+    /// differs from 1 by more than rounding: then the normals are copied. Use
+    /// [`FrameMemory`](crate::frame::layer::FrameMemory) to read such frames without allocating.
     ///
     /// Interpolated shading normals may look away from the viewer near silhouettes, so single pixels with
     /// dot(n, p) >= 0 are kept; a buffer in which many do is refused as not being in view space.
@@ -30,56 +41,90 @@ impl GBuffer {
     /// # Errors
     /// When a length is wrong, a depth is NaN or not above zero, a normal is not finite or not of
     /// unit length, or most of the normals cannot be in view space.
-    pub fn new(camera: Camera, mut depth: Vec<f32>, mut normal: Vec<[f32; 3]>) -> Result<Self> {
-        let (width, pixels) = (camera.width(), camera.size().pixels());
-        if depth.len() != pixels || normal.len() != pixels {
-            let expected = format!("{pixels} values of depth and normal");
-            let found = format!("{} and {}", depth.len(), normal.len());
-            return Err(Error::size("G-buffer", expected, found));
+    pub fn new(
+        camera: Camera,
+        depth: impl Into<Cow<'a, [f32]>>,
+        normal: impl Into<Cow<'a, [[f32; 3]]>>,
+    ) -> Result<Self> {
+        let (depth, mut normal) = (depth.into(), normal.into());
+        let is_tidy = check::layer("", &camera, (&depth, &normal), Facing::Viewer)?;
+        if !is_tidy || matches!(normal, Cow::Owned(_)) {
+            check::tidy(&depth, normal.to_mut());
         }
-        let (mut foreground, mut backfacing) = (0usize, 0usize);
-        for (i, (d, n)) in depth.iter_mut().zip(&mut normal).enumerate() {
-            let (x, y) = (i % width, i / width);
-            if *d == f32::INFINITY {
-                *n = [0.0; 3];
-                continue;
-            }
-            if !(*d > 0.0) {
-                return Err(Error::value(format!("depth at ({x}, {y})"), "a distance > 0 or infinity", *d));
-            }
-            let length = n.iter().map(|c| c * c).sum::<f32>().sqrt();
-            if !((length - 1.0).abs() <= UNIT_TOLERANCE) {
-                let found = format!("{n:?} of length {length}");
-                return Err(Error::value(format!("normal at ({x}, {y})"), "a unit vector", found));
-            }
-            *n = n.map(|c| c / length);
-            let p = camera.position_view(x, y, *d);
-            foreground += 1;
-            backfacing += usize::from(camera.to_viewer(p).dot((*n).into()) < -0.05);
-        }
-        if backfacing as f32 > MAX_BACKFACING * foreground as f32 {
-            let found = format!("{backfacing} of {foreground} normals that face away from it");
-            return Err(Error::value("normals", "view space: towards the viewer", found));
-        }
-        Ok(Self { camera, depth, normal })
+        Ok(Self::of_checked(camera, depth, normal))
     }
 
-    /// The camera that saw the frame.
+    /// A frame whose pixels were checked.
+    pub(super) fn of_checked(camera: Camera, depth: Cow<'a, [f32]>, normal: Cow<'a, [[f32; 3]]>) -> Self {
+        Self { camera, window: camera.size().into(), depth, normal, second: None }
+    }
+
+    /// The same frame whose outer pixels are a guard band: methods read them, results do not contain them.
+    ///
+    /// # Errors
+    /// When the margin leaves no picture.
+    pub fn with_margin(self, margin: Margin) -> Result<Self> {
+        Ok(Self { window: Window::inside(self.size(), margin)?, ..self })
+    }
+
+    /// The same frame with a second layer.
+    ///
+    /// # Errors
+    /// When the layer has another size, is in front of the first one somewhere, or its normals are not of unit length.
+    pub fn with_second(self, mut second: SecondLayer<'a>) -> Result<Self> {
+        check::behind(self.size(), &self.depth, &second.depth)?;
+        if let Some(normal) = &mut second.normal {
+            let is_tidy = check::layer("second ", &self.camera, (&second.depth, normal), Facing::Any)?;
+            if !is_tidy {
+                check::tidy(&second.depth, normal.to_mut());
+            }
+        }
+        Ok(Self { second: Some(second), ..self })
+    }
+
+    /// The picture without its guard band and without its second layer; without a guard band nothing is copied.
+    pub fn without_margin(&self) -> GBuffer<'_> {
+        let (window, margin) = (self.window, self.window.margin());
+        if !window.has_margin() {
+            return GBuffer::of_checked(self.camera, (&*self.depth).into(), (&*self.normal).into());
+        }
+        let [x, y] = [margin.x, margin.y].map(|m| m as isize);
+        let camera = self.camera.tile(x, y, window.size()).expect("the camera of a part of a checked buffer");
+        let crop = |depth: &[f32]| window.cropped(depth.to_vec());
+        GBuffer::of_checked(camera, crop(&self.depth).into(), window.cropped(self.normal.to_vec()).into())
+    }
+
+    /// The same frame with pixels of its own.
+    pub fn into_owned(self) -> GBuffer<'static> {
+        let second = self.second.map(|s| SecondLayer {
+            depth: Cow::Owned(s.depth.into_owned()),
+            normal: s.normal.map(|normal| Cow::Owned(normal.into_owned())),
+        });
+        let (depth, normal) = (Cow::Owned(self.depth.into_owned()), Cow::Owned(self.normal.into_owned()));
+        GBuffer { camera: self.camera, window: self.window, depth, normal, second }
+    }
+
+    /// The camera that saw the frame, its guard band included.
     pub fn camera(&self) -> &Camera {
         &self.camera
     }
 
-    /// Size (px).
+    /// Which part of the frame is the picture, and which its guard band.
+    pub fn window(&self) -> Window {
+        self.window
+    }
+
+    /// Size (px), the guard band included.
     pub fn size(&self) -> Size {
         self.camera.size()
     }
 
-    /// Width (px).
+    /// Width (px), the guard band included.
     pub fn width(&self) -> usize {
         self.camera.width()
     }
 
-    /// Height (px).
+    /// Height (px), the guard band included.
     pub fn height(&self) -> usize {
         self.camera.height()
     }
@@ -92,6 +137,11 @@ impl GBuffer {
     /// HxW view-space normals, row by row from the top; zero on the background.
     pub fn normal(&self) -> &[[f32; 3]] {
         &self.normal
+    }
+
+    /// What lies behind, where it is known. No method reads it yet.
+    pub fn second(&self) -> Option<&SecondLayer<'a>> {
+        self.second.as_ref()
     }
 
     /// Whether pixel `i` (row-major) shows geometry.
@@ -126,5 +176,49 @@ mod tests {
         assert!(error([1.0, 1.0], [up, [f32::NAN, 0.0, 1.0]]).contains("normal at (1, 0)"));
         assert!(error([1.0, 1.0], [[0.0, 0.0, -1.0]; 2]).contains("face away"));
         assert!(GBuffer::new(camera(), vec![1.0], vec![up; 2]).is_err());
+    }
+
+    #[test]
+    fn tidy_slices_are_borrowed_and_others_copied() {
+        let up = [0.0, 0.0, 1.0];
+        let (depth, normal) = ([1.0, f32::INFINITY], [up, [0.0; 3]]);
+        let g = GBuffer::new(camera(), &depth[..], &normal[..]).unwrap();
+        assert!(matches!((&g.depth, &g.normal), (Cow::Borrowed(_), Cow::Borrowed(_))));
+        for untidy in [[up, up], [[0.0, 0.0, 1.01], [0.0; 3]], [up, [f32::NAN; 3]]] {
+            let copied = GBuffer::new(camera(), &depth[..], &untidy[..]).unwrap();
+            assert!(matches!(copied.normal, Cow::Owned(_)));
+            assert_eq!(copied, g);
+        }
+    }
+
+    #[test]
+    fn a_margin_must_leave_a_picture() {
+        let camera = Camera::perspective(1.0, Size::px(4, 3)).unwrap();
+        let up = [0.0, 0.0, 1.0];
+        let depth: Vec<f32> = (1..13).map(|i| i as f32).collect();
+        let g =
+            GBuffer::new(camera, depth, vec![up; 12]).unwrap().with_margin(Margin { x: 1, y: 1 }).unwrap();
+        let picture = g.without_margin();
+        assert_eq!((picture.depth(), picture.size()), (&[6.0, 7.0][..], Size::px(2, 1)));
+        assert_eq!(picture.camera().position_view(0, 0, 2.0), g.camera().position_view(1, 1, 2.0));
+        assert!(g.with_margin(Margin { x: 2, y: 0 }).is_err());
+    }
+
+    #[test]
+    fn a_second_layer_is_behind_the_first() {
+        let up = [0.0, 0.0, 1.0];
+        let first = || GBuffer::new(camera(), vec![1.0, 2.0], vec![up; 2]).unwrap();
+        let second = |depth: [f32; 2], normal: Option<[[f32; 3]; 2]>| {
+            let normal = normal.map(|n| n.to_vec().into());
+            first().with_second(SecondLayer { depth: depth.to_vec().into(), normal })
+        };
+        let away = [[0.0, 0.0, -1.0], [0.5; 3]];
+        let found = second([1.0, f32::INFINITY], Some(away)).unwrap();
+        assert_eq!(found.second().unwrap().normal.as_ref().unwrap()[1], [0.0; 3]);
+        for (depth, what) in [([0.5, 3.0], "(0, 0)"), ([1.0, f32::NAN], "(1, 0)")] {
+            assert!(second(depth, None).unwrap_err().to_string().contains(what));
+        }
+        assert!(second([1.0, 3.0], Some(away)).unwrap_err().to_string().contains("second normal at (1, 0)"));
+        assert!(first().with_second(SecondLayer { depth: vec![3.0].into(), normal: None }).is_err());
     }
 }

@@ -2,6 +2,8 @@
 
 pub mod ao_image;
 pub mod camera;
+mod check;
 pub mod gbuffer;
+pub mod layer;
 pub mod size;
 pub mod window;

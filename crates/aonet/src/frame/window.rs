@@ -42,6 +42,16 @@ impl Window {
         Ok(Self { size, margin, buffer })
     }
 
+    /// The picture in a buffer of size `buffer` whose outer pixels are `margin`.
+    ///
+    /// # Errors
+    /// When the margin leaves no picture.
+    pub fn inside(buffer: Size, margin: Margin) -> Result<Self> {
+        let rest = |side: usize, margin: usize| side.saturating_sub(margin.saturating_mul(2));
+        let size = Size::new(rest(buffer.width(), margin.x), rest(buffer.height(), margin.y))?;
+        Ok(Self { size, margin, buffer })
+    }
+
     /// A picture without a guard band.
     pub const fn without_margin(size: Size) -> Self {
         Self { size, margin: Margin::NONE, buffer: size }

@@ -41,7 +41,7 @@ pub fn write_features(
 
 /// The features of a frame, row by row.
 pub(crate) struct FeatureRows<'a> {
-    gbuffer: &'a GBuffer,
+    gbuffer: &'a GBuffer<'a>,
     channels: &'static [Channel],
     /// Nearest depth, and one over the range of depths; of the foreground.
     depth_range: (f32, f32),
@@ -54,7 +54,7 @@ pub(crate) struct FeatureRows<'a> {
 impl<'a> FeatureRows<'a> {
     pub(crate) fn new(
         features: Features,
-        gbuffer: &'a GBuffer,
+        gbuffer: &'a GBuffer<'a>,
         params: AoParams,
         horizon_visibility: &'a [f32],
     ) -> Self {
@@ -153,7 +153,7 @@ mod tests {
     use super::*;
     use crate::{Camera, Projection, Size};
 
-    fn frame(projection: Projection, depth: Vec<f32>) -> GBuffer {
+    fn frame(projection: Projection, depth: Vec<f32>) -> GBuffer<'static> {
         let size = Size::px(depth.len(), 1);
         let camera = Camera::new(projection, size).unwrap();
         let normal = vec![[0.0, 0.0, 1.0]; depth.len()];

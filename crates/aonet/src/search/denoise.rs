@@ -211,7 +211,7 @@ mod tests {
         (0..width * height).map(one).collect()
     }
 
-    fn noisy_frame(projection: Projection, size: Size) -> (GBuffer, Vec<f32>) {
+    fn noisy_frame(projection: Projection, size: Size) -> (GBuffer<'static>, Vec<f32>) {
         let (width, height) = (size.width(), size.height());
         let mut state = 7u32;
         let mut unit = || {

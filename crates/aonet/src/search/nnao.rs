@@ -140,8 +140,8 @@ mod tests {
         let camera = Camera::new(projection, Size::px(size.0, size.1)).unwrap();
         let depth = |i: usize| if i % 48 < 5 { f32::INFINITY } else { 3.0 + (i % 48) as f32 * 0.02 };
         let normals = (0..size.0 * size.1).map(|i| if i % 7 < 3 { [0.0, 0.0, 1.0] } else { [0.0, 0.6, 0.8] });
-        let depths = (0..size.0 * size.1).map(depth).collect();
-        let frame = GBuffer::new(camera, depths, normals.collect()).unwrap();
+        let depths = (0..size.0 * size.1).map(depth).collect::<Vec<_>>();
+        let frame = GBuffer::new(camera, depths, normals.collect::<Vec<_>>()).unwrap();
         let mut state = 1u32;
         let mut unit = || {
             state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);

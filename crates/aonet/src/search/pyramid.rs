@@ -130,10 +130,10 @@ mod tests {
     use crate::simd::{Level, Portable};
 
     /// 20x12 pixels whose depth is 4 and a hundredth for every column and row.
-    fn slope() -> GBuffer {
+    fn slope() -> GBuffer<'static> {
         let projection = Projection::Orthographic { height: 12.0 };
         let camera = Camera::new(projection, Size::px(20, 12)).unwrap();
-        let depth = (0..240).map(|i| 4.0 + (i % 20 + i / 20) as f32 * 0.01).collect();
+        let depth = (0..240).map(|i| 4.0 + (i % 20 + i / 20) as f32 * 0.01).collect::<Vec<_>>();
         GBuffer::new(camera, depth, vec![[0.0, 0.0, 1.0]; 240]).unwrap()
     }
 

@@ -14,7 +14,7 @@ pub(super) const BACKGROUND: f32 = 1e16;
 /// A frame, its camera and the AO radius.
 #[derive(Debug)]
 pub(crate) struct Screen<'a> {
-    gbuffer: &'a GBuffer,
+    gbuffer: &'a GBuffer<'a>,
     /// AO radius [world units].
     pub(crate) radius: f32,
     /// Height of a pixel [world units]: the first times the depth plus the second. One of them is 0.
@@ -60,7 +60,7 @@ pub(crate) struct Tap<S: Wide> {
 }
 
 impl<'a> Screen<'a> {
-    pub(crate) fn new(gbuffer: &'a GBuffer, params: AoParams) -> Self {
+    pub(crate) fn new(gbuffer: &'a GBuffer<'a>, params: AoParams) -> Self {
         let camera = gbuffer.camera();
         let [focal_x, focal_y] = camera.focal_px();
         let pixel_size = if camera.is_perspective() { [1.0 / focal_y, 0.0] } else { [0.0, 1.0 / focal_y] };
@@ -68,7 +68,7 @@ impl<'a> Screen<'a> {
         Self { gbuffer, radius: params.radius(), pixel_size, aspect: focal_y / focal_x, centre }
     }
 
-    pub(crate) fn gbuffer(&self) -> &'a GBuffer {
+    pub(crate) fn gbuffer(&self) -> &'a GBuffer<'a> {
         self.gbuffer
     }
 

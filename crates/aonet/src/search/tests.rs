@@ -18,7 +18,7 @@ const PERSPECTIVE: Projection = Projection::Perspective { fov_y: 1.2 };
 const PARALLEL: Projection = Projection::Orthographic { height: 6.0 };
 
 /// A frame of planes, cast through pixel centres.
-fn frame(projection: Projection, size: (usize, usize), planes: Planes<'_>) -> GBuffer {
+fn frame(projection: Projection, size: (usize, usize), planes: Planes<'_>) -> GBuffer<'static> {
     let camera = camera(projection, size);
     let (mut depth, mut normal) = (Vec::new(), Vec::new());
     for i in 0..size.0 * size.1 {
@@ -152,16 +152,16 @@ fn hill(x: f32, y: f32) -> f32 {
 }
 
 /// A height z(x, y), seen from above at distance 5.
-fn height_field(size: (usize, usize), height: fn(f32, f32) -> f32) -> GBuffer {
+fn height_field(size: (usize, usize), height: fn(f32, f32) -> f32) -> GBuffer<'static> {
     let camera = camera(PARALLEL, size);
     let place = |i: usize| camera.position_view(i % size.0, i / size.0, 1.0);
-    let depth = (0..size.0 * size.1).map(|i| 5.0 - height(place(i).x, place(i).y)).collect();
+    let depth = (0..size.0 * size.1).map(|i| 5.0 - height(place(i).x, place(i).y)).collect::<Vec<_>>();
     let normal = (0..size.0 * size.1).map(|i| {
         let (p, e) = (place(i), 1e-2);
         let slope = |dx: f32, dy: f32| (height(p.x + dx, p.y + dy) - height(p.x - dx, p.y - dy)) / (2.0 * e);
         Vec3A::new(-slope(e, 0.0), -slope(0.0, e), 1.0).normalize().to_array()
     });
-    GBuffer::new(camera, depth, normal.collect()).unwrap()
+    GBuffer::new(camera, depth, normal.collect::<Vec<_>>()).unwrap()
 }
 
 /// Cosine-weighted rays of length `radius`, marched over the function itself.
@@ -244,7 +244,7 @@ fn a_mirrored_frame_gives_the_mirrored_image() {
 }
 
 /// The floor and the wall, seen with the camera rolled about its axis.
-fn rolled(angle: f32) -> GBuffer {
+fn rolled(angle: f32) -> GBuffer<'static> {
     let (sin, cos) = angle.sin_cos();
     let planes =
         floor_and_wall().map(|(n, d)| (Vec3A::new(cos * n.x - sin * n.y, sin * n.x + cos * n.y, n.z), d));

@@ -21,7 +21,7 @@ impl Random {
 }
 
 /// A frame of random depths and normals; one pixel in five is background.
-pub(crate) fn frame((width, height): (usize, usize), seed: u64) -> GBuffer {
+pub(crate) fn frame((width, height): (usize, usize), seed: u64) -> GBuffer<'static> {
     let mut random = Random::new(seed);
     let pixels = width * height;
     let mut depth = Vec::with_capacity(pixels);
@@ -37,12 +37,12 @@ pub(crate) fn frame((width, height): (usize, usize), seed: u64) -> GBuffer {
 }
 
 /// A curved surface that occludes itself, with a hole.
-pub(crate) fn waves(size: (usize, usize)) -> GBuffer {
+pub(crate) fn waves(size: (usize, usize)) -> GBuffer<'static> {
     waves_through(Projection::Perspective { fov_y: 1.0 }, size)
 }
 
 /// The same through another lens.
-pub(crate) fn waves_through(projection: Projection, (width, height): (usize, usize)) -> GBuffer {
+pub(crate) fn waves_through(projection: Projection, (width, height): (usize, usize)) -> GBuffer<'static> {
     let camera = Camera::new(projection, Size::px(width, height)).unwrap();
     let depth_at = |x: usize, y: usize| 3.0 + 0.4 * (x as f32 * 0.2).sin() * (y as f32 * 0.15).cos();
     let (mut depth, mut normal) = (Vec::new(), Vec::new());

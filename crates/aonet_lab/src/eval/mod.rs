@@ -223,7 +223,7 @@ pub fn radius_fits(model: &Model, manifest: &Manifest) -> bool {
 ///
 /// # Errors
 /// Names the file when it is broken or has no reference.
-pub fn read(manifest: &Manifest, entry: &FrameEntry) -> Result<(GBuffer, AoParams, AoImage)> {
+pub fn read(manifest: &Manifest, entry: &FrameEntry) -> Result<(GBuffer<'static>, AoParams, AoImage)> {
     let path = manifest.path(entry);
     let hints =
         FrameHints { view: Some(entry.view.clone()), radius: Some(entry.radius), ..FrameHints::default() };
@@ -284,10 +284,10 @@ mod tests {
     use aonet_scene::staging::SceneSplit;
     use std::path::Path;
 
-    fn gbuffer() -> GBuffer {
+    fn gbuffer() -> GBuffer<'static> {
         let projection = Projection::Perspective { fov_y: 1.0 };
         let camera = Camera::new(projection, Size::px(16, 16)).unwrap();
-        let depth = (0..256).map(|i| if i < 64 { f32::INFINITY } else { 1.0 }).collect();
+        let depth = (0..256).map(|i| if i < 64 { f32::INFINITY } else { 1.0 }).collect::<Vec<_>>();
         GBuffer::new(camera, depth, vec![[0.0, 0.0, 1.0]; 256]).unwrap()
     }
 

@@ -110,7 +110,7 @@ pub fn masks(gbuffer: &GBuffer, params: AoParams, reference: &AoImage) -> [Vec<b
 }
 
 struct Grid<'a> {
-    gbuffer: &'a GBuffer,
+    gbuffer: &'a GBuffer<'a>,
     /// (world units)
     step: f32,
 }
@@ -210,10 +210,10 @@ mod tests {
     const SIZE: Size = Size::px(100, 60);
 
     /// A wall at depth 10 with a pole of `width` columns in front of it, from column 50 on.
-    fn pole(width: usize) -> GBuffer {
+    fn pole(width: usize) -> GBuffer<'static> {
         let camera = Camera::orthographic(6.0, SIZE);
         let depth = |i: usize| if (50..50 + width).contains(&(i % SIZE.width())) { 5.0 } else { 10.0 };
-        let depths = (0..SIZE.pixels()).map(depth).collect();
+        let depths = (0..SIZE.pixels()).map(depth).collect::<Vec<_>>();
         GBuffer::new(camera.unwrap(), depths, vec![[0.0, 0.0, 1.0]; SIZE.pixels()]).unwrap()
     }
 

@@ -30,7 +30,7 @@ pub use normals::NormalSpace;
 #[derive(Debug, Clone, PartialEq)]
 pub struct Frame {
     /// Depth and shading normals, view space.
-    pub gbuffer: GBuffer,
+    pub gbuffer: GBuffer<'static>,
     /// HxW geometric normals, view space; zero on the background.
     pub geo_normal: Option<Vec<[f32; 3]>>,
     /// Reference AO.

@@ -96,10 +96,10 @@ mod tests {
     use aonet::{Camera, Projection, Size};
 
     /// 60x60; the right half is sky.
-    fn half_sky() -> GBuffer {
+    fn half_sky() -> GBuffer<'static> {
         let projection = Projection::Perspective { fov_y: 1.0 };
         let camera = Camera::new(projection, Size::px(60, 60)).unwrap();
-        let depth = (0..3600).map(|i| if i % 60 < 30 { 1.0 } else { f32::INFINITY }).collect();
+        let depth = (0..3600).map(|i| if i % 60 < 30 { 1.0 } else { f32::INFINITY }).collect::<Vec<_>>();
         GBuffer::new(camera, depth, vec![[0.0, 0.0, 1.0]; 3600]).unwrap()
     }
 

@@ -31,7 +31,7 @@ pub(crate) fn save_model(dir: &Path, name: &str, config: ModelConfig) {
 }
 
 /// Two pixels at distance 1 and one of sky.
-pub(crate) fn two_pixels_and_sky() -> GBuffer {
+pub(crate) fn two_pixels_and_sky() -> GBuffer<'static> {
     let projection = Projection::Perspective { fov_y: 1.0 };
     let camera = Camera::new(projection, Size::px(3, 1)).unwrap().with_near(0.1).unwrap();
     GBuffer::new(camera, vec![1.0, 1.0, f32::INFINITY], vec![[0.0, 0.0, 1.0]; 3]).unwrap()

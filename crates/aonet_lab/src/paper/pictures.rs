@@ -22,7 +22,7 @@ const MISSING: [u8; 3] = [90; 3];
 /// A test frame.
 struct TestFrame {
     entry: FrameEntry,
-    gbuffer: GBuffer,
+    gbuffer: GBuffer<'static>,
     params: AoParams,
     reference: AoImage,
 }

@@ -208,7 +208,7 @@ mod tests {
     use super::*;
     use aonet::{Camera, Projection, Size};
 
-    fn gbuffer() -> GBuffer {
+    fn gbuffer() -> GBuffer<'static> {
         let projection = Projection::Perspective { fov_y: 1.0 };
         let camera = Camera::new(projection, Size::px(3, 1)).unwrap().with_near(0.1).unwrap();
         GBuffer::new(camera, vec![1.0, 100.0, f32::INFINITY], vec![[0.0, 0.0, 1.0]; 3]).unwrap()

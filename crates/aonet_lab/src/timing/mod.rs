@@ -151,15 +151,15 @@ fn ms_since(start: Instant) -> f64 {
 }
 
 /// A bump that fills the image: foreground everywhere, normals that turn.
-fn bump(width: usize, height: usize) -> Result<GBuffer> {
+fn bump(width: usize, height: usize) -> Result<GBuffer<'static>> {
     let camera = Camera::perspective(1.0, Size::new(width, height)?)?.with_near(0.1)?;
     let at = |i: usize| {
         let x = (i % width) as f32 / width as f32 - 0.5;
         let y = 0.5 - (i / width) as f32 / height as f32;
         Vec3::new(x, y, 1.5).normalize()
     };
-    let normal = (0..width * height).map(|i| at(i).to_array()).collect();
-    let depth = (0..width * height).map(|i| 4.0 - at(i).z).collect();
+    let normal = (0..width * height).map(|i| at(i).to_array()).collect::<Vec<_>>();
+    let depth = (0..width * height).map(|i| 4.0 - at(i).z).collect::<Vec<_>>();
     Ok(GBuffer::new(camera, depth, normal)?)
 }
 

@@ -234,9 +234,9 @@ mod tests {
     fn encoded_normals_turn_as_normals_do() {
         let projection = Projection::Perspective { fov_y: 1.0 };
         let camera = Camera::new(projection, Size::px(16, 16)).unwrap();
-        let depth = (0..256).map(|i| if i == 7 { f32::INFINITY } else { 2.0 }).collect();
+        let depth = (0..256).map(|i| if i == 7 { f32::INFINITY } else { 2.0 }).collect::<Vec<_>>();
         let normal = |i| if i == 7 { [0.0; 3] } else { [0.6, 0.0, 0.8] };
-        let gbuffer = GBuffer::new(camera, depth, (0..256).map(normal).collect()).unwrap();
+        let gbuffer = GBuffer::new(camera, depth, (0..256).map(normal).collect::<Vec<_>>()).unwrap();
         let crop = |features| {
             let ao = AoImage::open(Size::px(16, 16));
             let sample = Sample::new((&gbuffer, AoParams::new(1.0).unwrap()), &ao, features).unwrap();

@@ -29,7 +29,7 @@ impl Scores {
 
 /// Validation frames in memory. The CPU runtime runs them, so scores are those of the shipped program.
 pub(crate) struct Validation {
-    frames: Vec<(GBuffer, AoParams, AoImage)>,
+    frames: Vec<(GBuffer<'static>, AoParams, AoImage)>,
 }
 
 impl Validation {

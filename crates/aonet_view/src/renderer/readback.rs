@@ -11,7 +11,7 @@ use image::RgbImage;
 #[derive(Debug, Clone)]
 pub struct Drawn {
     /// Depth and shading normals, view space.
-    pub gbuffer: GBuffer,
+    pub gbuffer: GBuffer<'static>,
     /// HxW geometric normals, view space, towards the viewer; zero on the background.
     pub geo_normal: Vec<[f32; 3]>,
 }
@@ -59,7 +59,7 @@ pub fn drawn(renderer: &Renderer, camera: &Camera) -> Result<Drawn> {
         depth => depth,
     });
     let normal = vectors(&renderer.targets.normal.texture)?;
-    let gbuffer = GBuffer::new(*camera, depth.collect(), normal)?;
+    let gbuffer = GBuffer::new(*camera, depth.collect::<Vec<_>>(), normal)?;
     Ok(Drawn { gbuffer, geo_normal: vectors(&renderer.targets.geo_normal.texture)? })
 }
 

@@ -109,7 +109,7 @@ fn other_matrices_are_refused() {
 #[test]
 fn positions_agree_with_an_off_centre_matrix() {
     let frustum = matrix(true, [-0.6, 1.4, -0.4, 1.0], [0.0, 0.5]);
-    let flat = matrix(false, [-3.0, 8.0, -2.0, 5.0], [0.03, 0.9]);
+    let flat = matrix(false, [-3.0, 8.0, -2.0, 5.0], [0.03, 1.03]);
     for m in [frustum, flat] {
         let camera = Camera::from_clip_from_view(m.to_cols_array_2d(), ClipDepth::ZeroToOne, SIZE).unwrap();
         for (x, y, depth) in [(0, 0, 1.0), (639, 359, 7.0), (100, 300, 2.5)] {

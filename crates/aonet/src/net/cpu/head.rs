@@ -93,7 +93,7 @@ struct HeadBand<'a> {
     head: &'a Head,
     input: &'a [f32],
     guide: &'a [f32],
-    gbuffer: &'a GBuffer,
+    gbuffer: &'a GBuffer<'a>,
     /// HxW visibility that the head corrects.
     base: Option<&'a [f32]>,
     band: Band<'a>,

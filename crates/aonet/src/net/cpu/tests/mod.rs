@@ -230,9 +230,9 @@ fn images_of_any_height_are_cut_into_bands() {
 }
 
 /// A wall in front of the camera, every fifth pixel background.
-fn wall(width: usize, height: usize) -> GBuffer {
+fn wall(width: usize, height: usize) -> GBuffer<'static> {
     let camera = Camera::perspective(0.1, Size::px(width, height)).unwrap();
-    let depth = (0..width * height).map(|i| if i % 5 == 3 { f32::INFINITY } else { 1.0 }).collect();
+    let depth = (0..width * height).map(|i| if i % 5 == 3 { f32::INFINITY } else { 1.0 }).collect::<Vec<_>>();
     GBuffer::new(camera, depth, vec![[0.0, 0.0, 1.0]; width * height]).unwrap()
 }
 
