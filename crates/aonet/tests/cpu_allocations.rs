@@ -54,7 +54,7 @@ fn main() {
                 [1, 3].into_iter().flat_map(|n| Precision::available().map(move |p| (n, p)))
             {
                 let options = Options { threads, precision, ..Options::default() };
-                let mut session = Session::with_options(&model, (50, 30), options).unwrap();
+                let mut session = Session::with_options(&model, Size::px(50, 30), options).unwrap();
                 // Far more runs than a queue of jobs that grows block by block would hide.
                 let count = allocations(|| {
                     for _ in 0..200 {

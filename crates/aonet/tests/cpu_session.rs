@@ -22,7 +22,7 @@ const KERNELS: [KernelWeights; 3] = [KernelWeights::Off, KernelWeights::Linear, 
 fn run(model: &Model, gbuffer: &GBuffer, (threads, level): (usize, Level)) -> AoImage {
     let size = (gbuffer.width(), gbuffer.height());
     let mut session =
-        Session::with_options(model, size, Options { threads, level, precision: Precision::F32 }).unwrap();
+        Session::with_options(model, gbuffer.window(), Options { threads, level, precision: Precision::F32 }).unwrap();
     let mut image = AoImage::open(Size::px(size.0, size.1));
     session.run(gbuffer, params(), &mut image).unwrap();
     image
@@ -141,7 +141,7 @@ fn shipped_networks_say_the_same_in_every_precision() {
         let model = Model::from_bytes(bytes).unwrap();
         let image = |precision| {
             let options = Options { threads: 2, precision, ..Options::default() };
-            let mut session = Session::with_options(&model, (300, 170), options).unwrap();
+            let mut session = Session::with_options(&model, Size::px(300, 170), options).unwrap();
             let mut image = AoImage::open(Size::px(300, 170));
             session.run(&gbuffer, params(), &mut image).unwrap();
             image
@@ -165,7 +165,7 @@ fn calibration_measures_what_convolutions_read() {
     let mut measure = |frames: &[&GBuffer], level| {
         let mut ranges = Ranges::new();
         let options = Options { threads: 2, level, precision: Precision::F32 };
-        let mut session = Session::with_options(&model, (90, 50), options).unwrap();
+        let mut session = Session::with_options(&model, Size::px(90, 50), options).unwrap();
         for gbuffer in frames {
             session.calibrate(gbuffer, params(), &mut image, &mut ranges).unwrap();
         }
@@ -208,7 +208,7 @@ fn a_precision_without_instructions_or_ranges_is_an_error() {
     let model = model(small(Features::Normal, 4, KernelWeights::Linear), 1);
     let error = |level, precision| {
         let options = Options { threads: 1, level, precision };
-        Session::with_options(&model, (20, 10), options).unwrap_err().to_string()
+        Session::with_options(&model, Size::px(20, 10), options).unwrap_err().to_string()
     };
     for precision in [Precision::Bf16, Precision::Int8] {
         let error = error(Level::Portable, precision);

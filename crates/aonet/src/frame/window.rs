@@ -2,6 +2,7 @@
 
 use crate::error::Result;
 use crate::frame::size::Size;
+use std::fmt;
 
 /// Pixels of guard band on each side of a picture: methods read them, results do not contain them.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
@@ -106,6 +107,16 @@ impl Window {
             return buffer;
         }
         (0..self.size.height()).flat_map(|y| self.row(&buffer, y)).copied().collect()
+    }
+}
+
+impl fmt::Display for Window {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}", self.size)?;
+        match self.has_margin() {
+            true => write!(f, " with a margin of {} columns and {} rows", self.margin.x, self.margin.y),
+            false => Ok(()),
+        }
     }
 }
 

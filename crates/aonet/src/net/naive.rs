@@ -55,7 +55,8 @@ pub fn run(model: &Model, gbuffer: &GBuffer, params: AoParams) -> Result<AoImage
         true => output.at(0, (i / width) as isize, (i % width) as isize),
         false => 1.0,
     });
-    AoImage::new(gbuffer.size(), visibility.collect())
+    let window = gbuffer.window();
+    AoImage::new(window.size(), window.cropped(visibility.collect()))
 }
 
 /// Features of a frame, padded to the graph's alignment by repeating the edge.

@@ -198,7 +198,7 @@ impl Classic {
         each!(self, params => params.denoise())
     }
 
-    /// The visibility of a frame: in [0, 1], 1 on the background. Runs on the current rayon pool.
+    /// The visibility of a frame's picture: in [0, 1], 1 on the background. Runs on the current rayon pool.
     ///
     /// # Errors
     /// When a parameter is out of its range; it is named.
@@ -221,7 +221,8 @@ impl Classic {
             Self::Vbao(p) => finish(&screen, &vbao::Vbao::new(&screen, p), p.denoise(), isa),
             Self::Agtao(p) => finish(&screen, &agtao::Agtao::new(&screen, p), p.denoise(), isa),
         };
-        AoImage::new(gbuffer.size(), visibility)
+        let window = gbuffer.window();
+        AoImage::new(window.size(), window.cropped(visibility))
     }
 }
 

@@ -54,11 +54,10 @@ pub(crate) fn run(args: &Args) -> Result<()> {
 
 fn on_cpu(args: &Args, model: &Model, (gbuffer, params): (&GBuffer, AoParams)) -> Result<Timed> {
     let precision = args.precision.map_or_else(|| Ok(cpu::Precision::fastest()), PrecisionArg::cpu)?;
-    let (width, height) = (gbuffer.width(), gbuffer.height());
-    let mut image = AoImage::open(gbuffer.size());
+    let mut image = AoImage::open(gbuffer.window().size());
     let options =
         cpu::Options { threads: setup::threads(args.frame.threads), precision, ..cpu::Options::default() };
-    let mut session = cpu::Session::with_options(model, (width, height), options)?;
+    let mut session = cpu::Session::with_options(model, gbuffer.window(), options)?;
     let start = Instant::now();
     session.run(gbuffer, params, &mut image)?;
     Ok((image, start))

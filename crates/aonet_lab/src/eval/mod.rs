@@ -160,7 +160,7 @@ impl<'a> Runner<'a> {
 
     fn run(&mut self, gbuffer: &GBuffer, params: AoParams) -> Result<(AoImage, Option<f64>)> {
         let size = (gbuffer.width(), gbuffer.height());
-        let mut image = AoImage::open(gbuffer.size());
+        let mut image = AoImage::open(gbuffer.window().size());
         match self.method {
             Method::Constant(value) => {
                 let pixels = image.visibility_mut().iter_mut().enumerate();
@@ -176,7 +176,7 @@ impl<'a> Runner<'a> {
                 let session = match &mut self.session {
                     Some((of, session)) if *of == size => session,
                     stale => {
-                        let mut session = Session::with_options(model, size, options)?;
+                        let mut session = Session::with_options(model, gbuffer.window(), options)?;
                         // The first run touches the arena's pages; only later ones are timed.
                         session.run(gbuffer, params, &mut image)?;
                         &mut stale.insert((size, session)).1

@@ -63,7 +63,7 @@ const CALIBRATION_SIZE: (usize, usize) = (256, 128);
 pub fn time(model: &Model, size: (usize, usize), options: Options, runs: usize) -> Result<Times> {
     let (gbuffer, mut image) = (bump(size.0, size.1)?, AoImage::open(Size::new(size.0, size.1)?));
     let start = Instant::now();
-    let mut session = Session::with_options(model, size, options)?;
+    let mut session = Session::with_options(model, gbuffer.window(), options)?;
     session.run(&gbuffer, AoParams::new(RADIUS)?, &mut image)?;
     let first_ms = ms_since(start);
     let (mut times_ms, mut features_ms) = (Vec::with_capacity(runs), Vec::with_capacity(runs));
@@ -111,7 +111,7 @@ pub fn pool(threads: usize) -> Result<ThreadPool> {
 /// As [`time`].
 pub fn time_steps(model: &Model, size: (usize, usize), options: Options, runs: usize) -> Result<Vec<f64>> {
     let (gbuffer, mut image) = (bump(size.0, size.1)?, AoImage::open(Size::new(size.0, size.1)?));
-    let mut session = Session::with_options(model, size, options)?;
+    let mut session = Session::with_options(model, gbuffer.window(), options)?;
     session.run(&gbuffer, AoParams::new(RADIUS)?, &mut image)?;
     let mut by_step: Vec<Vec<f64>> = vec![Vec::with_capacity(runs); session.plan().steps.len()];
     for _ in 0..runs.max(1) {

@@ -12,6 +12,8 @@ use super::winograd::{self, Winograd};
 use crate::error::{Error, Result};
 use crate::frame::ao_image::{AoImage, AoParams};
 use crate::frame::gbuffer::GBuffer;
+use crate::frame::size::Size;
+use crate::frame::window::Window;
 use crate::net::config::Features;
 use crate::net::features::FeatureRows;
 use crate::net::model::Model;
@@ -42,6 +44,9 @@ impl Default for Options {
 /// What lies between convolutions is f32; a result does not depend on the number of threads.
 #[derive(Debug)]
 pub struct Session {
+    window: Window,
+    /// Visibility of picture and guard band, where there is one.
+    guarded: Option<AoImage>,
     plan: Plan,
     features: Features,
     precision: Precision,
@@ -93,19 +98,21 @@ impl Session {
     /// # Errors
     /// When a side is 0 or too large, `threads` is 0 or cannot be started, or there is not enough memory.
     pub fn new(model: &Model, width: usize, height: usize, threads: usize) -> Result<Self> {
-        Self::with_options(model, (width, height), Options { threads, ..Options::default() })
+        Self::with_options(model, Size::new(width, height)?, Options { threads, ..Options::default() })
     }
 
-    /// The same with a choice of numbers and instructions.
+    /// The same for pictures with a guard band or without, with a choice of numbers and instructions.
     ///
     /// # Errors
     /// As [`Session::new`], when the machine does not have the instructions, and when the model does not know the ranges that
     /// integers need.
-    pub fn with_options(model: &Model, size: (usize, usize), options: Options) -> Result<Self> {
+    pub fn with_options(model: &Model, window: impl Into<Window>, options: Options) -> Result<Self> {
+        let window = window.into();
+        let size = window.buffer_size();
         let Options { threads, level, precision } = options;
         let arithmetic = Arithmetic::new(level, precision)?;
         let isa = arithmetic.isa();
-        let plan = Plan::new(model.graph(), size.0, size.1)?;
+        let plan = Plan::new(model.graph(), size.width(), size.height())?;
         let recipe = Recipe { plan: &plan, weights: model.weights(), arithmetic, ranges: model.ranges() };
         let steps: Vec<_> =
             plan.steps.iter().map(|step| Prepared::new(step, &recipe)).collect::<Result<_>>()?;
@@ -113,14 +120,15 @@ impl Session {
         let workers = Workers::new(threads, scratch_len)?;
         let arena = Aligned::zeros(plan.arena_len)?;
         let features = model.config().features;
-        let horizons = features.horizon().map(|_| Horizons::new(size.0 * size.1)).transpose()?;
-        Ok(Self { features, plan, precision, isa, workers, arena, steps, horizons })
+        let horizons = features.horizon().map(|_| Horizons::new(size.pixels())).transpose()?;
+        let guarded = window.has_margin().then(|| AoImage::open(size));
+        Ok(Self { window, guarded, features, plan, precision, isa, workers, arena, steps, horizons })
     }
 
-    /// Writes the visibility of a frame: in [0, 1], 1 on the background. Allocates nothing.
+    /// Writes the visibility of a frame's picture: in [0, 1], 1 on the background. Allocates nothing.
     ///
     /// # Errors
-    /// When the frame or the image has another size than the session.
+    /// When the frame has another size or margin than the session, or the image another size than its picture.
     pub fn run(&mut self, gbuffer: &GBuffer, params: AoParams, image: &mut AoImage) -> Result<()> {
         self.run_observed(gbuffer, params, image, &mut |_| ())
     }
@@ -148,13 +156,12 @@ impl Session {
         image: &mut AoImage,
         after_step: &mut dyn FnMut(usize, &Plan, &[f32]),
     ) -> Result<()> {
-        let (width, height) = self.plan.size;
-        let found = [(gbuffer.width(), gbuffer.height()), (image.width(), image.height())];
-        for (what, (w, h)) in ["G-buffer of a session", "AO image of a session"].into_iter().zip(found) {
-            if (w, h) != (width, height) {
-                return Err(Error::size(what, format!("{width}x{height}"), format!("{w}x{h}")));
-            }
+        if gbuffer.window() != self.window {
+            return Err(Error::size("G-buffer of a session", self.window, gbuffer.window()));
         }
+        self.window.size().expect("AO image of a session", image.size())?;
+        let mut guarded = self.guarded.take();
+        let buffer = guarded.as_mut().unwrap_or(&mut *image);
         if let Some(horizons) = &mut self.horizons {
             horizons.run(self.isa, &mut self.workers, (gbuffer, params));
         }
@@ -166,14 +173,18 @@ impl Session {
                 Prepared::Conv(conv) => conv.run(&mut self.workers, &mut self.arena),
                 Prepared::Winograd(conv) => conv.run(&mut self.workers, &mut self.arena),
                 Prepared::Head(head) => {
-                    head.run((&mut self.workers, &self.arena), (gbuffer, image), horizon);
+                    head.run((&mut self.workers, &self.arena), (gbuffer, buffer), horizon);
                 }
                 Prepared::Image(step) => {
-                    step.run(self.isa, (&mut self.workers, &self.arena), (gbuffer, image))
+                    step.run(self.isa, (&mut self.workers, &self.arena), (gbuffer, buffer))
                 }
             }
             after_step(i, &self.plan, &self.arena);
         }
+        if let Some(guarded) = &guarded {
+            self.window.crop(guarded.visibility(), image.visibility_mut());
+        }
+        self.guarded = guarded;
         Ok(())
     }
 
