@@ -6,7 +6,7 @@ mod common;
 use aonet::net::cpu::{Options, Precision, Session};
 use aonet::net::model::Ranges;
 use aonet::net::{Features, KernelWeights};
-use aonet::{AoImage, Size};
+use aonet::{AoImage, Margin, Size};
 use common::{frame, model, params, small};
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -55,10 +55,15 @@ fn main() {
             {
                 let options = Options { threads, precision, ..Options::default() };
                 let mut session = Session::with_options(&model, Size::px(50, 30), options).unwrap();
+                let margin = Margin { x: 8, y: 5 };
+                let guarded = gbuffer.clone().with_margin(margin).unwrap();
+                let mut picture = AoImage::open(guarded.window().size());
+                let mut behind = Session::with_options(&model, guarded.window(), options).unwrap();
                 // Far more runs than a queue of jobs that grows block by block would hide.
                 let count = allocations(|| {
                     for _ in 0..200 {
                         session.run(&gbuffer, params(), &mut image).unwrap();
+                        behind.run(&guarded, params(), &mut picture).unwrap();
                     }
                 });
                 assert_eq!(count, 0, "{kernel:?}, patches of {patch}, {precision}, {threads} threads");

@@ -20,10 +20,10 @@ const SEARCH_TOLERANCE: f32 = 1e-4;
 const KERNELS: [KernelWeights; 3] = [KernelWeights::Off, KernelWeights::Linear, KernelWeights::Softmax];
 
 fn run(model: &Model, gbuffer: &GBuffer, (threads, level): (usize, Level)) -> AoImage {
-    let size = (gbuffer.width(), gbuffer.height());
     let mut session =
-        Session::with_options(model, gbuffer.window(), Options { threads, level, precision: Precision::F32 }).unwrap();
-    let mut image = AoImage::open(Size::px(size.0, size.1));
+        Session::with_options(model, gbuffer.window(), Options { threads, level, precision: Precision::F32 })
+            .unwrap();
+    let mut image = AoImage::open(gbuffer.window().size());
     session.run(gbuffer, params(), &mut image).unwrap();
     image
 }

@@ -8,7 +8,7 @@ use aonet::gpu::{Device, Offscreen, Textures};
 use aonet::search::Classic;
 use aonet::search::gpu::ClassicSession;
 use aonet::{AoImage, GBuffer, Projection, Size};
-use common::{frame, max_error, mean_error, params, spread, waves, waves_through};
+use common::{frame, max_error, mean_error, params, spread, waves, waves_seen_by, waves_through};
 use device::{Inputs, OPTIONS, device, inputs, read, target};
 
 /// Mean difference from the CPU's image: a tap between two pixels, or an occluder between two sectors, may fall on either.
@@ -77,7 +77,10 @@ fn methods() -> Vec<Classic> {
 fn every_method_gives_the_cpus_image() {
     let Some(device) = device() else { return };
     let parallel = waves_through(Projection::Orthographic { height: 4.0 }, (61, 83));
-    for gbuffer in [frame((1, 1), 4), frame((33, 17), 4), frame((130, 70), 4), waves((120, 83)), parallel] {
+    let off_centre = waves_seen_by(common::off_centre(Size::px(120, 83)));
+    for gbuffer in
+        [frame((1, 1), 4), frame((33, 17), 4), frame((130, 70), 4), waves((120, 83)), parallel, off_centre]
+    {
         let size = (gbuffer.width(), gbuffer.height());
         for method in methods() {
             let expected = method.run(&gbuffer, params()).unwrap();
@@ -152,12 +155,32 @@ fn a_lost_device_is_an_error() {
     let Some(device) = device() else { return };
     let (method, gbuffer) = (with("gtao", &[]), frame((20, 10), 1));
     let mut resized = session(&device, &method, (20, 10));
-    let mut offscreen = Offscreen::classic(&device, &method, (20, 10)).unwrap();
+    let mut offscreen = Offscreen::classic(&device, &method, Size::px(20, 10)).unwrap();
     let mut image = AoImage::open(Size::px(20, 10));
     offscreen.run(&gbuffer, params(), &mut image).unwrap();
     assert!(mean_error(&image, &method.run(&gbuffer, params()).unwrap()) <= MEAN_TOLERANCE);
     device.device.destroy();
     let found = offscreen.run(&gbuffer, params(), &mut image).unwrap_err().to_string();
     assert!(found.contains("device"), "{found}");
-    assert!(resized.resize((30, 10)).is_err() && Offscreen::classic(&device, &method, (20, 10)).is_err());
+    assert!(
+        resized.resize((30, 10)).is_err() && Offscreen::classic(&device, &method, Size::px(20, 10)).is_err()
+    );
+}
+
+#[test]
+fn a_margin_is_cropped() {
+    let Some(device) = device() else { return };
+    let margin = aonet::Margin { x: 20, y: 13 };
+    let guarded = waves_seen_by(common::off_centre(Size::px(120, 83))).with_margin(margin).unwrap();
+    let mut found = AoImage::open(guarded.window().size());
+    for method in [with("gtao", &[]), with("agtao:tuned", &[])] {
+        let expected = method.run(&guarded, params()).unwrap();
+        let mut session = Offscreen::classic(&device, &method, guarded.window()).unwrap();
+        session.run(&guarded, params(), &mut found).unwrap();
+        assert!(spread(&expected, &guarded.without_margin()) > 0.05);
+        let mean = mean_error(&found, &expected);
+        assert!(mean <= MEAN_TOLERANCE, "{}: {mean:e}", method.name());
+    }
+    let mut session = Offscreen::classic(&device, &with("gtao", &[]), guarded.size()).unwrap();
+    assert!(session.run(&guarded, params(), &mut found).unwrap_err().to_string().contains("margin"));
 }

@@ -23,9 +23,8 @@ const HALF_TOLERANCE: f32 = 3e-3;
 const HORIZON_MEAN_TOLERANCE: f32 = 1e-4;
 
 fn run((device, precision): (&Device, Precision), model: &Model, gbuffer: &GBuffer) -> AoImage {
-    let size = (gbuffer.width(), gbuffer.height());
-    let mut session = Offscreen::new(device, model, size, precision).unwrap();
-    let mut image = AoImage::open(Size::px(size.0, size.1));
+    let mut session = Offscreen::new(device, model, gbuffer.window(), precision).unwrap();
+    let mut image = AoImage::open(gbuffer.window().size());
     session.run(gbuffer, params(), &mut image).unwrap();
     image
 }
@@ -95,9 +94,24 @@ fn the_papers_weights_give_the_cpus_image() {
     assert_close(&found, &expected, (HALF_TOLERANCE, "no products of matrices"));
 }
 
+/// An off-centre camera and a guard band, with positions and a horizon search as features.
+#[test]
+fn cameras_and_margins() {
+    let Some(device) = device() else { return };
+    let camera = common::off_centre(Size::px(120, 83));
+    let margin = aonet::Margin { x: 16, y: 9 };
+    let guarded = common::waves_seen_by(camera).with_margin(margin).unwrap();
+    for features in [Features::NormalProjectedRadius, Features::NormalPosition] {
+        let model = model(small(features, 4, KernelWeights::Linear), 5);
+        let expected = on_cpu(&model, &guarded);
+        let found = run((&device, Precision::F32), &model, &guarded);
+        assert_close(&found, &expected, (TOLERANCE, &format!("{features:?}")));
+    }
+}
+
 fn on_cpu(model: &Model, gbuffer: &GBuffer) -> AoImage {
-    let mut image = AoImage::open(gbuffer.size());
-    cpu::Session::new(model, gbuffer.width(), gbuffer.height(), 1)
+    let mut image = AoImage::open(gbuffer.window().size());
+    cpu::Session::with_options(model, gbuffer.window(), cpu::Options::default())
         .unwrap()
         .run(gbuffer, params(), &mut image)
         .unwrap();
@@ -223,13 +237,13 @@ fn a_lost_device_is_an_error() {
     let Some(device) = device() else { return };
     let model = model(small(Features::Normal, 4, KernelWeights::Linear), 1);
     let gbuffer = frame((20, 10), 1);
-    let mut session = Offscreen::new(&device, &model, (20, 10), Precision::F32).unwrap();
+    let mut session = Offscreen::new(&device, &model, Size::px(20, 10), Precision::F32).unwrap();
     let mut image = AoImage::open(Size::px(20, 10));
     session.run(&gbuffer, params(), &mut image).unwrap();
     device.device.destroy();
     let found = session.run(&gbuffer, params(), &mut image).unwrap_err().to_string();
     assert!(found.contains("device"), "{found}");
-    assert!(Offscreen::new(&device, &model, (20, 10), Precision::F32).is_err());
+    assert!(Offscreen::new(&device, &model, Size::px(20, 10), Precision::F32).is_err());
 }
 
 #[test]

@@ -5,6 +5,7 @@ use crate::{Error, Result, Scene, View};
 use aonet::{Camera, GBuffer};
 use glam::{DVec3, Vec3, Vec3A};
 use rayon::prelude::*;
+use std::borrow::Cow;
 
 /// The result of primary rays: the G-buffer, and data that only the reference may use.
 #[derive(Debug, Clone)]
@@ -23,6 +24,20 @@ pub struct Surface {
 pub const NO_TRIANGLE: u32 = u32::MAX;
 
 impl Surface {
+    /// The picture without its guard band; without a guard band nothing is copied.
+    pub fn without_margin(&self) -> Cow<'_, Self> {
+        let window = self.gbuffer.window();
+        if !window.has_margin() {
+            return Cow::Borrowed(self);
+        }
+        Cow::Owned(Self {
+            gbuffer: self.gbuffer.without_margin().into_owned(),
+            geo_normal: window.cropped(self.geo_normal.clone()),
+            backface: window.cropped(self.backface.clone()),
+            triangle: window.cropped(self.triangle.clone()),
+        })
+    }
+
     /// # Errors
     /// When an array's length is not the number of pixels, or a pixel of the foreground shows no triangle of `scene`.
     pub(crate) fn check_of(&self, scene: &Scene) -> Result<()> {

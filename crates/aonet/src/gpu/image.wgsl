@@ -7,7 +7,7 @@
 
 @fragment
 fn main(@builtin(position) place: vec4<f32>) -> @location(0) vec4<f32> {
-    let pixel = min(vec2<u32>(place.xy), frame.size - 1u);
+    let pixel = min(vec2<u32>(place.xy) + frame.margin, frame.size - 1u);
     if (depth_at(pixel) >= BACKGROUND) {
         return vec4(1.0);
     }

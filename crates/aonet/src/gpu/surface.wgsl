@@ -17,6 +17,8 @@ struct Frame {
     centre: vec2<f32>,
     /// Width of a pixel over its height.
     aspect: f32,
+    /// Guard band (px): columns on the left and right, rows above and below. The picture is what lies inside.
+    margin: vec2<u32>,
 }
 
 @group(0) @binding(0) var<uniform> frame: Frame;

@@ -2,19 +2,21 @@
 
 use crate::error::{Error, Result};
 use crate::frame::size::Size;
+use crate::frame::window::Margin;
 use crate::gpu::options::{DepthEncoding, Frame, NormalSpace, TextureEncoding};
 use glam::Mat3A;
 
 /// Bytes of the struct `Frame` of `surface.wgsl`.
-pub(crate) const FRAME_BYTES: usize = 96;
+pub(crate) const FRAME_BYTES: usize = 112;
 
-/// That struct for frames of a size (width, height) [px].
+/// That struct for frames of a size (width, height) (px) with a guard band of `margin` inside.
 ///
 /// # Errors
 /// When the camera is of another size or out of range, or the planes are.
 pub(crate) fn frame_bytes(
     textures: TextureEncoding,
     (width, height): (usize, usize),
+    margin: Margin,
     frame: &Frame,
 ) -> Result<[u8; FRAME_BYTES]> {
     let (camera, radius) = (frame.camera, frame.params.radius());
@@ -38,6 +40,7 @@ pub(crate) fn frame_bytes(
     put(20, &camera.centre_px());
     put(22, &[focal_y / focal_x]);
     (words[12], words[13]) = (width as u32, height as u32);
+    (words[24], words[25]) = (margin.x as u32, margin.y as u32);
     let mut bytes = [0; FRAME_BYTES];
     bytes.chunks_exact_mut(4).zip(words).for_each(|(bytes, word)| bytes.copy_from_slice(&word.to_le_bytes()));
     Ok(bytes)

@@ -43,7 +43,12 @@ pub(crate) fn waves(size: (usize, usize)) -> GBuffer<'static> {
 
 /// The same through another lens.
 pub(crate) fn waves_through(projection: Projection, (width, height): (usize, usize)) -> GBuffer<'static> {
-    let camera = Camera::new(projection, Size::px(width, height)).unwrap();
+    waves_seen_by(Camera::new(projection, Size::px(width, height)).unwrap())
+}
+
+/// The same seen by any camera at the origin.
+pub(crate) fn waves_seen_by(camera: Camera) -> GBuffer<'static> {
+    let (width, height) = (camera.width(), camera.height());
     let depth_at = |x: usize, y: usize| 3.0 + 0.4 * (x as f32 * 0.2).sin() * (y as f32 * 0.15).cos();
     let (mut depth, mut normal) = (Vec::new(), Vec::new());
     for i in 0..width * height {
@@ -128,4 +133,11 @@ pub(crate) fn spread(image: &AoImage, gbuffer: &GBuffer) -> f32 {
 pub(crate) fn assert_close(a: &AoImage, b: &AoImage, (tolerance, what): (f32, &str)) {
     let error = max_error(a, b);
     assert!(error <= tolerance, "{what}: error {error:e}, tolerance {tolerance:e}");
+}
+
+/// A camera whose axis is far from the middle and whose pixels are higher than wide.
+pub(crate) fn off_centre(size: Size) -> Camera {
+    let camera = Camera::perspective(0.9, size).unwrap();
+    let [x, y] = camera.focal_px();
+    camera.with_focal_px([1.3 * x, y]).unwrap().with_centre_px([30.25, 70.5]).unwrap()
 }

@@ -73,9 +73,8 @@ pub(crate) fn run(args: &Args) -> Result<()> {
 #[cfg(feature = "gpu")]
 fn on_gpu(method: &Classic, (gbuffer, params): (&GBuffer, AoParams)) -> Result<(AoImage, Instant)> {
     let device = crate::device::gpu()?;
-    let (width, height) = (gbuffer.width(), gbuffer.height());
-    let mut image = AoImage::open(gbuffer.size());
-    let mut session = aonet::gpu::Offscreen::classic(&device, method, (width, height))?;
+    let mut image = AoImage::open(gbuffer.window().size());
+    let mut session = aonet::gpu::Offscreen::classic(&device, method, gbuffer.window())?;
     crate::device::announce(&device, session.precision());
     let start = Instant::now();
     session.run(gbuffer, params, &mut image)?;

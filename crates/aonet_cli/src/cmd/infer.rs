@@ -73,9 +73,8 @@ fn on_gpu(
     use aonet::gpu;
     let precision = precision.map_or(Ok(gpu::Precision::F16), PrecisionArg::gpu)?;
     let device = crate::device::gpu()?;
-    let (width, height) = (gbuffer.width(), gbuffer.height());
-    let mut image = AoImage::open(gbuffer.size());
-    let mut session = gpu::Offscreen::new(&device, model, (width, height), precision)?;
+    let mut image = AoImage::open(gbuffer.window().size());
+    let mut session = gpu::Offscreen::new(&device, model, gbuffer.window(), precision)?;
     crate::device::announce(&device, session.precision());
     let start = Instant::now();
     session.run(gbuffer, params, &mut image)?;

@@ -45,6 +45,7 @@ impl<'a> Offscreen<'a> {
         sampling: Sampling,
         progress: &(dyn Fn(u64) + Sync),
     ) -> Result<AoImage> {
+        let surface = &*surface.without_margin();
         let size = (surface.gbuffer.width(), surface.gbuffer.height());
         let (device, reference) = (&self.device, &mut self.reference);
         if reference.size() != size {

@@ -10,6 +10,7 @@ pub(crate) use dispatches::{Dispatch, Dispatches};
 pub(crate) use numbers::{Arithmetic, Contents, floats};
 
 use crate::error::Result;
+use crate::frame::window::Margin;
 use crate::gpu::options::{Frame, TextureEncoding};
 use crate::gpu::uniforms;
 use serde::{Deserialize, Serialize};
@@ -138,12 +139,13 @@ impl Program {
         &self.image
     }
 
-    /// The numbers of a frame: the uniform buffer at binding 0 of passes that see the frame.
+    /// The numbers of a frame: the uniform buffer at binding 0 of passes that see the frame. `margin` is the guard band
+    /// inside the program's size; the AO texture has the rest.
     ///
     /// # Errors
     /// When the camera has another size than the program, or the frame's numbers are out of range.
-    pub fn frame_bytes(&self, frame: &Frame) -> Result<[u8; uniforms::FRAME_BYTES]> {
-        uniforms::frame_bytes(self.textures, self.size, frame)
+    pub fn frame_bytes(&self, margin: Margin, frame: &Frame) -> Result<[u8; uniforms::FRAME_BYTES]> {
+        uniforms::frame_bytes(self.textures, self.size, margin, frame)
     }
 
     /// Names of the passes in order, the image included.

@@ -3,6 +3,8 @@
 use crate::error::{Error, Result};
 use crate::frame::ao_image::{AoImage, AoParams};
 use crate::frame::gbuffer::GBuffer;
+use crate::frame::size::Size;
+use crate::frame::window::Window;
 use crate::gpu::options::{DepthEncoding, Frame, Kernels, Precision};
 use crate::gpu::wgpu_30::device::{Device, scoped};
 use crate::gpu::wgpu_30::options::Options;
@@ -19,6 +21,7 @@ pub struct Offscreen {
     device: Device,
     session: Runner,
     precision: Precision,
+    window: Window,
     view: View,
     normal: wgpu::Texture,
     depth: wgpu::Texture,
@@ -37,32 +40,40 @@ const OPTIONS: Options = Options {
 };
 
 impl Offscreen {
-    /// A session for frames of `size` (width, height) [px] with its own textures. It multiplies matrices where `precision`
+    /// A session for pictures with a guard band or without, with its own textures. It multiplies matrices where `precision`
     /// comes to half floats and the device says how.
     ///
     /// # Errors
     /// As [`Session::new`].
-    pub fn new(device: &Device, model: &Model, size: (usize, usize), precision: Precision) -> Result<Self> {
+    pub fn new(
+        device: &Device,
+        model: &Model,
+        window: impl Into<Window>,
+        precision: Precision,
+    ) -> Result<Self> {
+        let window = window.into();
         let kernels = device.matrices.map_or(Kernels::Plain, Kernels::Matrices);
         let options = Options { precision, kernels, ..OPTIONS };
-        let session = Session::new((&device.device, &device.queue), model, size, options)?;
+        let session =
+            Session::new((&device.device, &device.queue), model, pair(window.buffer_size()), options)?;
         let precision = session.precision();
-        Self::of(device, session.into_runner(), precision)
+        Self::of(device, session.into_runner(), (window, precision))
     }
 
     /// The same for a classic method.
     ///
     /// # Errors
     /// As [`ClassicSession::new`].
-    pub fn classic(device: &Device, method: &Classic, size: (usize, usize)) -> Result<Self> {
+    pub fn classic(device: &Device, method: &Classic, window: impl Into<Window>) -> Result<Self> {
+        let window = window.into();
+        let size = pair(window.buffer_size());
         let session = ClassicSession::new((&device.device, &device.queue), method, size, OPTIONS)?;
-        Self::of(device, session.into_runner(), Precision::F32)
+        Self::of(device, session.into_runner(), (window, Precision::F32))
     }
 
-    fn of(device: &Device, session: Runner, precision: Precision) -> Result<Self> {
-        let size = session.size();
+    fn of(device: &Device, session: Runner, (window, precision): (Window, Precision)) -> Result<Self> {
         scoped(&device.device, "textures", || {
-            let texture = |format, usage| {
+            let texture = |size: Size, format, usage| {
                 device.device.create_texture(&wgpu::TextureDescriptor {
                     label: Some("aonet offscreen"),
                     size: extent(size),
@@ -76,31 +87,41 @@ impl Offscreen {
             };
             let input = wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST;
             let output = wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC;
-            let normal = texture(wgpu::TextureFormat::Rgba32Float, input);
-            let depth = texture(wgpu::TextureFormat::R32Float, input);
-            let visibility = texture(OPTIONS.output, output);
+            let normal = texture(window.buffer_size(), wgpu::TextureFormat::Rgba32Float, input);
+            let depth = texture(window.buffer_size(), wgpu::TextureFormat::R32Float, input);
+            let visibility = texture(window.size(), OPTIONS.output, output);
             let [n, d, v] = [&normal, &depth, &visibility].map(|t| t.create_view(&Default::default()));
             let view = session.view(Textures { normal: &n, depth: &d, visibility: &v })?;
             let back = device.device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some("aonet offscreen"),
-                size: (row_bytes(size.0) * size.1) as u64,
+                size: (row_bytes(window.size().width()) * window.size().height()) as u64,
                 usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
                 mapped_at_creation: false,
             });
-            Ok(Self { device: device.clone(), session, precision, view, normal, depth, visibility, back })
+            Ok(Self {
+                device: device.clone(),
+                session,
+                precision,
+                window,
+                view,
+                normal,
+                depth,
+                visibility,
+                back,
+            })
         })
     }
 
-    /// Writes the visibility of a frame: in [0, 1], 1 on the background. Waits for the device.
+    /// Writes the visibility of a frame's picture: in [0, 1], 1 on the background. Waits for the device.
     ///
     /// # Errors
-    /// When the frame or the image has another size than the session, or the device is lost.
+    /// When the frame has another size or margin than the session, the image another size than its picture, or the device is
+    /// lost.
     pub fn run(&mut self, gbuffer: &GBuffer, params: AoParams, image: &mut AoImage) -> Result<()> {
-        let (width, height) = self.session.size();
-        if (image.width(), image.height()) != (width, height) {
-            let found = format!("{}x{}", image.width(), image.height());
-            return Err(Error::size("AO image of a session", format!("{width}x{height}"), found));
+        if gbuffer.window() != self.window {
+            return Err(Error::size("G-buffer of a session", self.window, gbuffer.window()));
         }
+        self.window.size().expect("AO image of a session", image.size())?;
         scoped(&self.device.device, "frame", || {
             self.submit(gbuffer, params)?;
             self.download(image)
@@ -108,18 +129,17 @@ impl Offscreen {
     }
 
     fn submit(&self, gbuffer: &GBuffer, params: AoParams) -> Result<()> {
-        let (width, height) = self.session.size();
         let frame = Frame { camera: *gbuffer.camera(), far: f32::INFINITY, params };
         let mut encoder = self.device.device.create_command_encoder(&Default::default());
         self.session.encode(&mut encoder, (&self.view, &frame), None)?;
         self.upload(gbuffer);
         let layout = wgpu::TexelCopyBufferLayout {
             offset: 0,
-            bytes_per_row: Some(row_bytes(width) as u32),
+            bytes_per_row: Some(row_bytes(self.window.size().width()) as u32),
             rows_per_image: None,
         };
         let to = wgpu::TexelCopyBufferInfo { buffer: &self.back, layout };
-        encoder.copy_texture_to_buffer(self.visibility.as_image_copy(), to, extent((width, height)));
+        encoder.copy_texture_to_buffer(self.visibility.as_image_copy(), to, extent(self.window.size()));
         self.device.queue.submit([encoder.finish()]);
         Ok(())
     }
@@ -135,7 +155,7 @@ impl Offscreen {
                 bytes_per_row: Some((values.len() / gbuffer.height()) as u32),
                 rows_per_image: None,
             };
-            let size = extent((gbuffer.width(), gbuffer.height()));
+            let size = extent(gbuffer.size());
             self.device.queue.write_texture(texture.as_image_copy(), &values, layout, size);
         }
     }
@@ -168,6 +188,10 @@ fn row_bytes(width: usize) -> usize {
     (width * size_of::<f32>()).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT as usize)
 }
 
-fn extent((width, height): (usize, usize)) -> wgpu::Extent3d {
-    wgpu::Extent3d { width: width as u32, height: height as u32, depth_or_array_layers: 1 }
+fn pair(size: Size) -> (usize, usize) {
+    (size.width(), size.height())
+}
+
+fn extent(size: Size) -> wgpu::Extent3d {
+    wgpu::Extent3d { width: size.width() as u32, height: size.height() as u32, depth_or_array_layers: 1 }
 }

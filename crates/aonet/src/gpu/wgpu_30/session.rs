@@ -156,12 +156,6 @@ impl Runner {
         Self::new(Arc::clone(&self.host), program, self.output)
     }
 
-    /// Width and height [px].
-    #[cfg(not(target_arch = "wasm32"))]
-    pub(crate) fn size(&self) -> (usize, usize) {
-        self.program.size
-    }
-
     /// See [`Session::view`].
     pub(crate) fn view(&self, textures: Textures<'_>) -> Result<View> {
         let of = (self.program.size, self.output);

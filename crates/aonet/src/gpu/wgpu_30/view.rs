@@ -1,6 +1,8 @@
 //! The textures of a frame: what a session reads and what it writes.
 
 use crate::error::{Error, Result};
+use crate::frame::size::Size;
+use crate::frame::window::{Margin, Window};
 use crate::gpu::options::Frame;
 use crate::gpu::program::Program;
 use crate::gpu::uniforms::FRAME_BYTES;
@@ -13,7 +15,8 @@ pub struct Textures<'a> {
     pub normal: &'a wgpu::TextureView,
     /// Depth in the session's encoding, the depth aspect only; needs the usage `TEXTURE_BINDING`.
     pub depth: &'a wgpu::TextureView,
-    /// Visibility comes here, in the session's output format; needs the usage `RENDER_ATTACHMENT`.
+    /// Visibility comes here, in the session's output format; needs the usage `RENDER_ATTACHMENT`. It may be smaller than the
+    /// session: the rest is a guard band, as wide on the left as on the right and as high above as below.
     pub visibility: &'a wgpu::TextureView,
 }
 
@@ -21,6 +24,7 @@ pub struct Textures<'a> {
 #[derive(Debug)]
 pub struct View {
     pub(crate) size: (usize, usize),
+    margin: Margin,
     pub(crate) group: wgpu::BindGroup,
     pub(crate) frame: wgpu::Buffer,
     pub(crate) visibility: wgpu::TextureView,
@@ -59,13 +63,14 @@ impl View {
         textures: Textures<'_>,
     ) -> Result<Self> {
         let Textures { normal, depth, visibility } = textures;
-        for (what, view) in [("normal", normal), ("depth", depth), ("visibility", visibility)] {
+        for (what, view) in [("normal", normal), ("depth", depth)] {
             let found = view.texture().size();
             if (found.width as usize, found.height as usize) != size {
                 let found = format!("{}x{}", found.width, found.height);
                 return Err(Error::size(format!("{what} texture"), format!("{}x{}", size.0, size.1), found));
             }
         }
+        let margin = margin(size, visibility.texture())?;
         let format = visibility.texture().format();
         if format != output {
             return Err(Error::value("visibility texture", format!("{output:?}"), format!("{format:?}")));
@@ -92,7 +97,7 @@ impl View {
                 ],
             }))
         })?;
-        Ok(Self { size, group, frame, visibility: visibility.clone() })
+        Ok(Self { size, margin, group, frame, visibility: visibility.clone() })
     }
 }
 
@@ -107,8 +112,26 @@ impl View {
             let found = format!("{}x{}", self.size.0, self.size.1);
             return Err(Error::size("view of a session", format!("{width}x{height}"), found));
         }
-        queue.write_buffer(&self.frame, 0, &program.frame_bytes(frame)?);
+        queue.write_buffer(&self.frame, 0, &program.frame_bytes(self.margin, frame)?);
         Ok(())
+    }
+}
+
+/// The guard band of frames of `size` around a picture of the texture's size.
+///
+/// # Errors
+/// When the texture is larger, or not in the middle of whole pixels.
+fn margin((width, height): (usize, usize), picture: &wgpu::Texture) -> Result<Margin> {
+    let found = Size::new(picture.width() as usize, picture.height() as usize)?;
+    let rest = |side: usize, found: usize| side.checked_sub(found).filter(|rest| rest % 2 == 0);
+    match (rest(width, found.width()), rest(height, found.height())) {
+        (Some(x), Some(y)) => {
+            Ok(Window::inside(Size::new(width, height)?, Margin { x: x / 2, y: y / 2 })?.margin())
+        }
+        _ => {
+            let expected = format!("{width}x{height}, or less by an even number of pixels");
+            Err(Error::size("visibility texture", expected, found))
+        }
     }
 }
 
