@@ -66,6 +66,21 @@ impl Stage {
             near: self.near,
             far: self.far,
             radius,
+        },
+        margin: 0.0,
+        separation: None,
+                eye: self.orbit.eye().to_array(),
+            target: self.orbit.target.to_array(),
+            up: [0.0, 1.0, 0.0],
+            fov_y_deg: self.fov_y_deg,
+            ortho_height: None,
+            width,
+            height,
+            near: self.near,
+            far: self.far,
+            radius,
+            margin: 0.0,
+            separation: None,
         }
     }
 }

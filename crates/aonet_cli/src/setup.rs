@@ -24,7 +24,7 @@ use std::path::{Path, PathBuf};
 pub(crate) struct SceneArgs {
     /// A .glb or .gltf file, or procedural:KIND:SEED.
     pub(crate) scene: SceneSource,
-    /// View (JSON): eye, target, width, height, radius; optional up, fov_y_deg, near, far, ortho_height.
+    /// View (JSON): eye, target, width, height, radius; optional up, fov_y_deg, near, far, ortho_height, margin.
     #[arg(long, value_name = "VIEW.json")]
     pub(crate) view: PathBuf,
     /// Image width instead of the view's (px).
@@ -36,6 +36,9 @@ pub(crate) struct SceneArgs {
     /// AO radius instead of the view's (world units).
     #[arg(long)]
     pub(crate) radius: Option<f32>,
+    /// Guard band on each side instead of the view's, as a share of the image's width and height.
+    #[arg(long, value_name = "SHARE")]
+    pub(crate) margin: Option<f32>,
     /// Put a large floor below the scene's lowest point.
     #[arg(long)]
     pub(crate) ground: bool,
@@ -51,8 +54,10 @@ impl SceneArgs {
         view.width = self.width.unwrap_or(view.width);
         view.height = self.height.unwrap_or(view.height);
         view.radius = self.radius.unwrap_or(view.radius);
+        view.margin = self.margin.unwrap_or(view.margin);
         view.camera()?;
         view.params()?;
+        view.margin_px()?;
         let missing = if self.smooth { MissingNormals::CREASE } else { MissingNormals::Flat };
         let mut scene = self.scene.load(missing)?;
         if self.ground {

@@ -20,17 +20,18 @@ const PNG_END: &[u8] = b"\0\0\0\0IEND\xae\x42\x60\x82";
 /// # Errors
 /// When the extension is another one, or the file cannot be written; no partial file remains.
 pub fn save_ao(path: &Path, image: &AoImage) -> Result<()> {
-    let size = (image.width(), image.height());
+    let size = image.size();
     let bytes = match extension(path).as_str() {
         "exr" => {
             let plane = Plane { name: "ao", samples: FlatSamples::F32(image.visibility().to_vec()) };
-            encode(size, vec![plane], None, None).map_err(Error::in_file(path))?
+            encode(size.into(), vec![plane], None, None).map_err(Error::in_file(path))?
         }
         "png" => {
             let grey =
                 image.visibility().iter().map(|v| (v.clamp(0.0, 1.0) * 65535.0).round() as u16).collect();
             let buffer: ImageBuffer<Luma<u16>, Vec<u16>> =
-                ImageBuffer::from_vec(size.0 as u32, size.1 as u32, grey).expect("one value a pixel");
+                ImageBuffer::from_vec(size.width() as u32, size.height() as u32, grey)
+                    .expect("one value a pixel");
             let mut bytes = Cursor::new(Vec::new());
             buffer.write_to(&mut bytes, ImageFormat::Png).map_err(|e| Error::file(path, "a PNG", e))?;
             bytes.into_inner()
@@ -56,14 +57,14 @@ pub fn load_ao(path: &Path) -> Result<AoImage> {
 
 fn from_exr(bytes: &[u8]) -> aonet::Result<AoImage> {
     let file = ExrFile::open(bytes)?;
-    let (width, height) = file.size();
+    let size = file.size();
     let Some(channel) = channels::ao(file.channels()).cloned() else {
         let expected = "a channel ao, AO.R, LAYER.AO.R, …, or Y, V or R alone";
         return Err(aonet::Error::format("AO image", expected, channels::list(file.channels())));
     };
     let planes = file.planes(&[(channel, 1.0)])?;
     let values = planes.into_iter().next().unwrap_or_default();
-    AoImage::new(Size::new(width, height)?, values)
+    AoImage::new(size, values)
 }
 
 fn from_png(path: &Path, bytes: &[u8]) -> Result<AoImage> {
@@ -116,7 +117,7 @@ mod tests {
     fn a_pass_called_ao_is_found_and_a_normal_is_not_taken_for_it() {
         let file = |name| {
             let plane = Plane { name, samples: FlatSamples::F32(ramp().visibility().to_vec()) };
-            encode((7, 3), vec![plane], None, None).unwrap()
+            encode(Size::px(7, 3).into(), vec![plane], None, None).unwrap()
         };
         for name in ["ao", "Y", "R", "AO.R", "ViewLayer.AO.R", "ViewLayer.Ambient Occlusion.R", "scene.ao"] {
             assert_eq!(from_exr(&file(name)).unwrap(), ramp(), "{name}");

@@ -1,6 +1,6 @@
 //! Frame files: written files are read back, and other programs' files are read correctly.
 
-use aonet::{AoImage, Camera, GBuffer, Size};
+use aonet::{AoImage, Camera, GBuffer, Margin, SecondLayer, Size};
 use aonet_lab::frame::{Frame, FrameHints};
 use aonet_scene::View;
 use glam::Vec3;
@@ -86,6 +86,39 @@ fn optional_parts_may_be_absent() {
     let original = Frame { gbuffer, geo_normal: None, ao: None, radius: Some(2.0), view: None };
     let loaded = Frame::from_bytes(&original.to_bytes().unwrap(), &FrameHints::default()).unwrap();
     assert_eq!(original, loaded);
+}
+
+#[test]
+fn a_margin_and_a_second_layer_survive() {
+    let inner = frame(30, 20);
+    let margin = Margin { x: 5, y: 3 };
+    let camera = view(30, 20).camera().unwrap().with_margin(margin).unwrap();
+    let pixels = camera.size().pixels();
+    let depth: Vec<f32> =
+        (0..pixels).map(|i| if i % 9 == 4 { f32::INFINITY } else { 1.0 + i as f32 }).collect();
+    let facing = |i: usize| {
+        let at = camera.position_view(i % camera.width(), i / camera.width(), 1.0);
+        camera.to_viewer(at).to_array()
+    };
+    let normal: Vec<_> = (0..pixels).map(facing).collect();
+    let second: Vec<f32> =
+        depth.iter().map(|d| if *d as usize % 5 == 2 { f32::INFINITY } else { d + 0.5 }).collect();
+    let gbuffer = GBuffer::new(camera, depth, normal.clone()).unwrap().with_margin(margin).unwrap();
+    let layer = SecondLayer { depth: second.into(), normal: Some(normal.into()) };
+    let gbuffer = gbuffer.with_second(layer).unwrap();
+    let view = View { margin: 0.15, separation: Some(0.1), ..view(30, 20) };
+    let original = Frame { gbuffer, geo_normal: None, view: Some(view), ..inner };
+    let loaded = Frame::from_bytes(&original.to_bytes().unwrap(), &FrameHints::default()).unwrap();
+    assert_close(&original, &loaded);
+    assert_eq!((loaded.gbuffer.window(), &loaded.view), (original.gbuffer.window(), &original.view));
+    let [a, b] = [&original, &loaded].map(|frame| frame.gbuffer.second().unwrap());
+    assert_eq!(a.depth, b.depth);
+    let normals = [a, b].map(|layer| layer.normal.as_ref().unwrap().as_flattened());
+    assert!(normals[0].iter().zip(normals[1]).all(|(a, b)| (a - b).abs() <= 2.0 * HALF_STEP));
+    let without_view = Frame { view: None, ..original };
+    let loaded = Frame::from_bytes(&without_view.to_bytes().unwrap(), &FrameHints::default()).unwrap();
+    assert_eq!(loaded.gbuffer.window(), without_view.gbuffer.window());
+    assert_eq!(loaded.gbuffer.camera().focal_px(), without_view.gbuffer.camera().focal_px());
 }
 
 #[test]

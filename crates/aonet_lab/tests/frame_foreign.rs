@@ -304,8 +304,16 @@ fn the_display_window_crops_and_pads() {
     let expected = direct();
     for (shift, display) in [((0, 0), SIZE), ((4, 3), (20, 11)), ((-6, -5), (60, 40)), ((30, -4), (50, 10))] {
         let gbuffer = through_window(shift, display).gbuffer;
+        let (size, margin) = (gbuffer.window().size(), gbuffer.window().margin());
+        assert_eq!((size.width(), size.height()), display);
+        // What is there on both sides is a guard band.
+        let around =
+            |shift: i32, data: usize, display: usize| shift.min(data as i32 - shift - display as i32).max(0);
+        let found = (margin.x as i32, margin.y as i32);
+        assert_eq!(found, (around(shift.0, SIZE.0, display.0), around(shift.1, SIZE.1, display.1)));
         for (i, depth) in gbuffer.depth().iter().enumerate() {
-            let (x, y) = ((i % display.0) as i32 + shift.0, (i / display.0) as i32 + shift.1);
+            let (x, y) = ((i % gbuffer.width()) as i32, (i / gbuffer.width()) as i32);
+            let (x, y) = (x + shift.0 - found.0, y + shift.1 - found.1);
             let inside = (0..SIZE.0 as i32).contains(&x) && (0..SIZE.1 as i32).contains(&y);
             let stored =
                 if inside { expected.depth()[x as usize + y as usize * SIZE.0] } else { f32::INFINITY };

@@ -189,6 +189,8 @@ fn main() {
         near: 0.0,
         far: f32::INFINITY,
         radius: 1.0,
+        margin: 0.0,
+        separation: None,
     };
     measure(hills(), &view, [1.0, 1e30]);
     if let Some(data) = std::env::var_os("AONET_DATA").map(PathBuf::from) {

@@ -76,14 +76,15 @@ const BACKGROUND: Pixel = Pixel {
     triangle: NO_TRIANGLE,
 };
 
-/// Casts one ray a pixel on all cores.
+/// Casts one ray through each pixel of the view's picture and guard band, on all cores.
 ///
 /// # Errors
 /// When the view's camera or radius is out of range, or most shading normals of the scene
 /// contradict the winding of its triangles.
 pub fn render(tracer: &Tracer, view: &View) -> Result<Surface> {
     view.params()?;
-    let camera = view.camera()?;
+    let margin = view.margin_px()?;
+    let camera = view.camera()?.with_margin(margin)?;
     let pixels: Vec<Pixel> = (0..camera.height())
         .into_par_iter()
         .flat_map_iter(|y| (0..camera.width()).map(move |x| (x, y)))
@@ -92,7 +93,7 @@ pub fn render(tracer: &Tracer, view: &View) -> Result<Surface> {
     let depth = pixels.iter().map(|p| p.depth).collect::<Vec<_>>();
     let normal = pixels.iter().map(|p| p.normal).collect::<Vec<_>>();
     Ok(Surface {
-        gbuffer: GBuffer::new(camera, depth, normal)?,
+        gbuffer: GBuffer::new(camera, depth, normal)?.with_margin(margin)?,
         geo_normal: pixels.iter().map(|p| p.geo_normal).collect(),
         backface: pixels.iter().map(|p| p.backface).collect(),
         triangle: pixels.iter().map(|p| p.triangle).collect(),

@@ -29,13 +29,8 @@ impl Sampling {
     }
 }
 
-<<<<<<< HEAD
-/// AO(p) = 1/N sum V(p, w_i), cosine-weighted about the shading normal, on all cores.
-/// `progress` is called from time to time with the number of rays traced since its last call.
-=======
 /// AO(p) = 1/N sum V(p, w_i) of the surface's picture, cosine-weighted about the shading normal, on all cores.
-/// `progress` is called now and then with the number of rays traced since its last call.
->>>>>>> bd51a41 (Crop the guard band on the GPU, and trace references of the picture only)
+/// `progress` is called from time to time with the number of rays traced since its last call.
 ///
 /// # Errors
 /// When `spp` is 0 or above [`MAX_SPP`], the radius is out of range, or `surface` shows triangles that `tracer`'s scene lacks.

@@ -1,7 +1,7 @@
 //! A view: where the camera of a frame stands and how long the occlusion rays are. Stored as JSON.
 
 use crate::error::{Error, Result};
-use aonet::{AoParams, Camera, Projection, Size};
+use aonet::{AoParams, Camera, Margin, Projection, Size};
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
@@ -33,6 +33,16 @@ pub struct View {
     pub far: f32,
     /// AO radius (world units).
     pub radius: f32,
+    /// Guard band on each side, as a share of the picture's width and height.
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub margin: f32,
+    /// Least distance of a second layer behind the first, as a share of the AO radius; without one there is no second layer.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub separation: Option<f32>,
+}
+
+fn is_zero(margin: &f32) -> bool {
+    *margin == 0.0
 }
 
 fn up() -> [f32; 3] {
@@ -75,6 +85,7 @@ impl View {
             .map_err(|e| Error::file(path, "a view (JSON with eye, target, width, height, radius)", e))?;
         view.camera().map_err(Error::in_file(path))?;
         view.params().map_err(Error::in_file(path))?;
+        view.margin_px().map_err(Error::in_file(path))?;
         Ok(view)
     }
 
@@ -96,6 +107,17 @@ impl View {
         };
         let camera = Camera::new(projection, Size::new(self.width, self.height)?)?;
         camera.with_near(self.near)?.looking_at(self.eye, self.target, self.up)
+    }
+
+    /// The guard band (px).
+    ///
+    /// # Errors
+    /// When the share is not in [0, 1].
+    pub fn margin_px(&self) -> aonet::Result<Margin> {
+        if (0.0..=1.0).contains(&self.margin) {
+            return Ok(Margin::share(Size::new(self.width, self.height)?, self.margin));
+        }
+        Err(aonet::Error::value("view margin", "a share in [0, 1]", self.margin))
     }
 
     /// The AO parameters.

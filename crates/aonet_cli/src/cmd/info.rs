@@ -86,10 +86,12 @@ fn frame(path: &Path) -> Result<Value> {
     let camera_known = known.is_ok();
     let hints = FrameHints { fov_y_deg: Some(60.0), ..FrameHints::default() };
     let frame = known.or_else(|_| Frame::load(path, &hints))?;
+    let (size, margin) = (frame.gbuffer.window().size(), frame.gbuffer.window().margin());
     let depth = frame.gbuffer.depth();
     let finite = || depth.iter().copied().filter(|d| d.is_finite());
     Ok(json!({
-        "kind": "frame", "width": frame.gbuffer.width(), "height": frame.gbuffer.height(),
+        "kind": "frame", "width": size.width(), "height": size.height(),
+        "margin": { "x": margin.x, "y": margin.y }, "second_layer": frame.gbuffer.second().is_some(),
         "camera_known": camera_known, "view": frame.view, "radius": frame.radius,
         "foreground_share": finite().count() as f64 / depth.len() as f64,
         "depth_min": finite().fold(f32::INFINITY, f32::min), "depth_max": finite().fold(0.0, f32::max),

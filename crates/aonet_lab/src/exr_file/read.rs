@@ -1,6 +1,6 @@
 use super::format_error;
 use aonet::Result;
-use aonet::Size;
+use aonet::{Margin, Size, Window};
 use exr::block::chunk::{Chunk, CompressedBlock};
 use exr::block::reader::{ChunksReader, Reader};
 use exr::block::{BlockIndex, UncompressedBlock};
@@ -46,7 +46,7 @@ impl Channel {
 pub(crate) struct ExrFile<'a> {
     reader: Reader<Cursor<&'a [u8]>>,
     channels: Vec<Channel>,
-    size: (usize, usize),
+    window: Window,
     justified_bytes: u128,
 }
 
@@ -69,15 +69,22 @@ impl<'a> ExrFile<'a> {
             return Err(format_error(expected, format!("headers that claim {claimed}")));
         }
         let Vec2(width, height) = headers[0].shared_attributes.display_window.size;
-        Size::new(width, height)?;
+        let size = Size::new(width, height)?;
+        let window = Window::new(size, margin(headers, size))?;
         let several = headers.len() > 1;
         let channels = headers.iter().enumerate().flat_map(|(part, header)| channels(part, header, several));
-        Ok(Self { channels: channels.collect(), size: (width, height), reader, justified_bytes })
+        Ok(Self { channels: channels.collect(), window, reader, justified_bytes })
     }
 
-    /// Width and height (px) of the display window.
-    pub(crate) fn size(&self) -> (usize, usize) {
-        self.size
+    /// Size of the display window (px).
+    pub(crate) fn size(&self) -> Size {
+        self.window.size()
+    }
+
+    /// The display window, and as margin what every data window has around it: as much on the left as on the right, and above as
+    /// below.
+    pub(crate) fn window(&self) -> Window {
+        self.window
     }
 
     /// All channels of all parts.
@@ -112,32 +119,40 @@ impl<'a> ExrFile<'a> {
     /// # Errors
     /// When a chunk is missing or damaged, or a channel is of integers.
     pub(crate) fn planes(self, wanted: &[(Channel, f32)]) -> Result<Vec<Vec<f32>>> {
-        self.check_wanted(wanted)?;
-        let (width, height) = self.size;
+        let picture = self.window.size().into();
+        self.planes_of(picture, wanted)
+    }
+
+    /// The same of the display window and a margin around it.
+    ///
+    /// # Errors
+    /// As [`ExrFile::planes`].
+    pub(crate) fn planes_of(self, window: Window, wanted: &[(Channel, f32)]) -> Result<Vec<Vec<f32>>> {
+        self.check_wanted(window.buffer_size(), wanted)?;
         let (meta, chunks) = chunks(self.reader, wanted)?;
         let blocks = chunks.into_par_iter().map(|chunk| Block::decode(chunk, &meta, wanted));
         let blocks = blocks.collect::<Result<Vec<_>>>()?;
         check_complete(&blocks, &meta, wanted)?;
         let plane = |(n, (channel, outside)): (usize, &(Channel, f32))| {
-            let mut plane = vec![*outside; width * height];
+            let mut plane = vec![*outside; window.buffer_size().pixels()];
             for block in blocks.iter().filter(|block| block.index.layer == channel.part) {
-                block.place(n, &meta.headers[channel.part], (&mut plane, width));
+                block.place(n, &meta.headers[channel.part], (&mut plane, window));
             }
             plane
         };
         Ok(wanted.par_iter().enumerate().map(plane).collect())
     }
 
-    fn check_wanted(&self, wanted: &[(Channel, f32)]) -> Result<()> {
+    fn check_wanted(&self, size: Size, wanted: &[(Channel, f32)]) -> Result<()> {
         for (channel, _) in wanted {
             if channel.sample_type == SampleType::U32 {
                 return Err(format_error(format!("half or float in {}", channel.name), "integers"));
             }
         }
-        let plane_bytes = self.size.0 as u128 * self.size.1 as u128 * size_of::<f32>() as u128;
+        let plane_bytes = size.pixels() as u128 * size_of::<f32>() as u128;
         // Half floats take twice the memory after reading.
         if plane_bytes * wanted.len() as u128 > 2 * self.justified_bytes + PADDING_BYTES {
-            let found = format!("{}x{}, of which little is stored", self.size.0, self.size.1);
+            let found = format!("{size}, of which little is stored");
             return Err(format_error("a display window that the file can fill", found));
         }
         Ok(())
@@ -202,10 +217,12 @@ impl Block {
         Ok(Self { index: block.index, samples: samples.collect() })
     }
 
-    /// Copies wanted channel `n` to its place in the display window, cropped to it.
-    fn place(&self, n: usize, header: &Header, (plane, plane_width): (&mut [f32], usize)) {
+    /// Copies wanted channel `n` to where it lies in the display window and its margin, cropped to them.
+    fn place(&self, n: usize, header: &Header, (plane, window): (&mut [f32], Window)) {
+        let plane_width = window.buffer_size().width();
         let Vec2(width, _) = self.index.pixel_size;
         let (x, y) = offset(header, self.index.pixel_position);
+        let (x, y) = (x + window.margin().x as i64, y + window.margin().y as i64);
         let from = x.clamp(0, plane_width as i64);
         let to = (x + width as i64).clamp(0, plane_width as i64);
         if from >= to {
@@ -238,7 +255,20 @@ fn offset(header: &Header, Vec2(x, y): Vec2<usize>) -> (i64, i64) {
     (along(data.0, display.0, x), along(data.1, display.1, y))
 }
 
-/// Bytes that the pixels, or one of the tiles, take at full resolution according to the header.
+/// What all data windows have in common around the display window, the same on opposite sides (px).
+fn margin(headers: &[Header], size: Size) -> Margin {
+    let of = |header: &Header| {
+        let (x, y) = offset(header, Vec2(0, 0));
+        let right = x + header.layer_size.0 as i64 - size.width() as i64;
+        let below = y + header.layer_size.1 as i64 - size.height() as i64;
+        [(-x).min(right).max(0) as usize, (-y).min(below).max(0) as usize]
+    };
+    let common = headers.iter().map(of).reduce(|a, b| [a[0].min(b[0]), a[1].min(b[1])]);
+    let [x, y] = common.unwrap_or_default();
+    Margin { x, y }
+}
+
+/// Bytes that a header says its pixels, or one of its tiles, take at full resolution.
 fn claimed_bytes(header: &Header) -> u128 {
     let area = |Vec2(width, height): Vec2<usize>| width as u128 * height as u128;
     let tile = match header.blocks {

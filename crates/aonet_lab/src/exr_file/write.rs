@@ -1,8 +1,9 @@
 use super::format_error;
-use aonet::Result;
+use aonet::{Result, Window};
 use exr::compression::Compression;
 use exr::image::{AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Layer};
-use exr::meta::attribute::{AttributeValue, Text};
+use exr::math::Vec2;
+use exr::meta::attribute::{AttributeValue, IntegerBounds, Text};
 use exr::meta::header::LayerAttributes;
 use exr::prelude::WritableImage;
 use std::io::Cursor;
@@ -13,13 +14,13 @@ pub(crate) struct Plane {
     pub(crate) samples: FlatSamples,
 }
 
-/// An OpenEXR file of `planes` that are all `width * height` long, with at most one text and one number
+/// An OpenEXR file of `planes` that are all of the window's buffer, with at most one text and one number
 /// as custom attributes. Equal input gives equal bytes.
 ///
 /// # Errors
 /// When the text is not of Latin-1, or the encoder refuses.
 pub(crate) fn encode(
-    (width, height): (usize, usize),
+    window: Window,
     planes: Vec<Plane>,
     text: Option<(&str, String)>,
     number: Option<(&str, f32)>,
@@ -32,8 +33,11 @@ pub(crate) fn encode(
     }
     // Smallest of the lossless codecs on frames, and nearly the fastest to decode.
     let encoding = Encoding { compression: Compression::ZIP16, ..Encoding::SMALL_LOSSLESS };
-    let layer = Layer::new((width, height), attributes, encoding, AnyChannels::sort(list));
+    let (size, margin, buffer) = (window.size(), window.margin(), window.buffer_size());
+    attributes.layer_position = Vec2(-(margin.x as i32), -(margin.y as i32));
+    let layer = Layer::new((buffer.width(), buffer.height()), attributes, encoding, AnyChannels::sort(list));
     let mut image = Image::from_layer(layer);
+    image.attributes.display_window = IntegerBounds::new((0, 0), (size.width(), size.height()));
     // The crate keeps custom attributes in maps of random order; with one in the layer's map and one in
     // the image's, the order is always the same.
     image

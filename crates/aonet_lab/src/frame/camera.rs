@@ -2,7 +2,7 @@
 
 use super::{Frame, FrameHints};
 use crate::exr_file::ExrFile;
-use aonet::{Camera, Error, Projection, Result, Size};
+use aonet::{Camera, Error, Projection, Result};
 use aonet_scene::View;
 use glam::{Affine3A, Mat4};
 use serde::{Deserialize, Serialize};
@@ -36,7 +36,8 @@ struct StoredCamera {
 
 /// The text attribute that holds the camera of `frame`.
 pub(super) fn attribute(frame: &Frame) -> Result<(&'static str, String)> {
-    let camera = frame.gbuffer.camera();
+    let camera = frame.gbuffer.without_margin();
+    let camera = camera.camera();
     let (fov_y, ortho_height) = match camera.projection() {
         Projection::Perspective { fov_y } => (Some(fov_y), None),
         Projection::Orthographic { height } => (None, Some(height)),
@@ -72,17 +73,17 @@ pub(super) fn resolve(file: &ExrFile, hints: &FrameHints) -> Result<Seen> {
     };
     view.fov_y_deg = hints.fov_y_deg.unwrap_or(view.fov_y_deg);
     view.radius = radius.unwrap_or(view.radius);
-    let (width, height) = file.size();
-    if (view.width, view.height) != (width, height) {
+    let size = file.size();
+    if (view.width, view.height) != (size.width(), size.height()) {
         let expected = format!("{}x{} as its view says", view.width, view.height);
-        return Err(Error::size("image", expected, format!("{width}x{height}")));
+        return Err(Error::size("image", expected, size.to_string()));
     }
     Ok(Seen { camera: view.camera()?, has_pose: true, view: Some(view), radius })
 }
 
 /// The camera of a file without a view, and whether its position is known.
 fn without_view(file: &ExrFile, hints: &FrameHints) -> Result<(Camera, bool)> {
-    let size = Size::new(file.size().0, file.size().1)?;
+    let size = file.size();
     let stored = file.text(CAMERA).map(|text| parse::<StoredCamera>(CAMERA, &text)).transpose()?;
     let hinted = hints.fov_y_deg.map(|degrees| Projection::Perspective { fov_y: degrees.to_radians() });
     let Some(stored) = stored else {

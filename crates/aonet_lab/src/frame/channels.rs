@@ -2,7 +2,7 @@
 
 use super::NormalSpace;
 use crate::exr_file::{Channel, ExrFile};
-use aonet::{Error, Result};
+use aonet::{Error, Result, SecondLayer, Window};
 use half::f16;
 
 /// Depth from which on a pixel is background: Blender writes 1e10. For half floats, the largest value.
@@ -15,6 +15,8 @@ enum Role {
     Depth,
     Ao,
     Mask,
+    SecondDepth,
+    SecondNormal(usize),
 }
 
 /// The channels of a frame.
@@ -24,6 +26,8 @@ pub(super) struct Layout {
     pub(super) geo_normal: Option<[Channel; 3]>,
     pub(super) ao: Option<Channel>,
     pub(super) mask: Option<Channel>,
+    second_depth: Option<Channel>,
+    second_normal: Option<[Channel; 3]>,
     /// Space of the normals, as far as names determine it.
     pub(super) space: NormalSpace,
 }
@@ -54,6 +58,8 @@ impl Layout {
             geo_normal: vector(Role::GeoNormal),
             ao: in_layer(Role::Ao),
             mask: in_layer(Role::Mask),
+            second_depth: in_layer(Role::SecondDepth),
+            second_normal: vector(Role::SecondNormal),
             space: if layer.is_some_and(|l| !l.is_empty()) {
                 NormalSpace::BlenderWorld
             } else {
@@ -62,18 +68,20 @@ impl Layout {
         })
     }
 
-    /// Reads the pixels of these channels.
+    /// Reads the pixels of these channels in a window.
     ///
     /// # Errors
     /// When they are damaged or stored in an unsupported way.
-    pub(super) fn read(&self, file: ExrFile) -> Result<Pixels> {
+    pub(super) fn read(&self, file: ExrFile, window: Window) -> Result<Pixels> {
         let vector = |channels: &[Channel; 3]| channels.clone().map(|c| (c, 0.0));
         let mut wanted = vec![(self.depth.clone(), f32::INFINITY)];
         wanted.extend(vector(&self.normal));
         wanted.extend(self.geo_normal.iter().flat_map(vector));
         wanted.extend(self.ao.iter().map(|c| (c.clone(), 1.0)));
         wanted.extend(self.mask.iter().map(|c| (c.clone(), 0.0)));
-        let mut planes = file.planes(&wanted)?.into_iter();
+        wanted.extend(self.second_depth.iter().map(|c| (c.clone(), f32::INFINITY)));
+        wanted.extend(self.second_normal.iter().flat_map(vector));
+        let mut planes = file.planes_of(window, &wanted)?.into_iter();
         let mut plane = || planes.next().expect("a plane for each wanted channel");
         Ok(Pixels {
             depth: plane(),
@@ -81,6 +89,10 @@ impl Layout {
             geo_normal: self.geo_normal.as_ref().map(|_| interleave([plane(), plane(), plane()])),
             ao: self.ao.as_ref().map(|_| plane()),
             mask: self.mask.as_ref().map(|_| plane()),
+            second: self.second_depth.as_ref().map(|_| SecondLayer {
+                depth: plane().into(),
+                normal: self.second_normal.as_ref().map(|_| interleave([plane(), plane(), plane()]).into()),
+            }),
             far_away: far_away(&self.depth),
         })
     }
@@ -93,6 +105,7 @@ pub(super) struct Pixels {
     pub(super) geo_normal: Option<Vec<[f32; 3]>>,
     pub(super) ao: Option<Vec<f32>>,
     mask: Option<Vec<f32>>,
+    pub(super) second: Option<SecondLayer<'static>>,
     /// Depth from which on a pixel is background.
     far_away: f32,
 }
@@ -108,6 +121,10 @@ impl Pixels {
             if hidden || *depth >= self.far_away {
                 *depth = f32::INFINITY;
             }
+        }
+        if let Some(second) = &mut self.second {
+            let pixels = second.depth.to_mut().iter_mut().zip(&self.depth);
+            pixels.filter(|(_, first)| **first == f32::INFINITY).for_each(|(d, _)| *d = f32::INFINITY);
         }
     }
 }
@@ -181,6 +198,16 @@ pub(crate) fn far_away(channel: &Channel) -> f32 {
 /// The layer in front of the name, and the meaning of the rest.
 fn role(name: &str) -> Option<(String, Role)> {
     let name = name.to_ascii_lowercase();
+    match name.strip_prefix("second.") {
+        Some("depth") => return Some((String::new(), Role::SecondDepth)),
+        Some(rest) => {
+            let axis = ["normal.x", "normal.y", "normal.z"].iter().position(|normal| *normal == rest);
+            if let Some(axis) = axis {
+                return Some((String::new(), Role::SecondNormal(axis)));
+            }
+        }
+        None => {}
+    }
     let (group, component) = name.rsplit_once('.').unwrap_or(("", &name));
     let (layer, pass) = group.rsplit_once('.').unwrap_or(("", group));
     let axis =

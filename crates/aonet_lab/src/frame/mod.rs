@@ -6,7 +6,11 @@
 //! | `depth` | float; distance along -Z (world units), infinite on the background |
 //! | `mask` | half; 1 where there is geometry, else 0 |
 //! | `geo_normal.X/Y/Z` | half, optional; geometric normal in view space |
-//! | `ao` | half, optional; visibility |
+//! | `ao` | half, optional; visibility; 1 in the guard band |
+//! | `second.depth` | float, optional; depth of a second layer, infinite where there is none |
+//! | `second.normal.X/Y/Z` | half, optional; normals of the second layer, view space |
+//!
+//! The display window is the picture. What the data window has around it is its guard band.
 //!
 //! The camera is JSON text in the attribute `aonet:view` (a [`View`]) or, for a frame without one,
 //! `aonet:camera`; the AO radius is the float `aonet:radius`. Files of other programs are read too: see
@@ -17,7 +21,7 @@ pub(crate) mod channels;
 mod normals;
 
 use crate::exr_file::{self, ExrFile, Plane};
-use aonet::{AoImage, AoParams, GBuffer};
+use aonet::{AoImage, AoParams, GBuffer, Window};
 use aonet_scene::{Error, Result, View, atomic_file};
 use channels::Layout;
 use exr::image::FlatSamples;
@@ -71,7 +75,8 @@ impl Frame {
     ///
     /// Background is where `mask` is below one half, or the depth is infinite or at least 1e9 or, in half
     /// floats, 65504; and without a mask also where the normal is zero. Pixels outside the data window are
-    /// background; pixels outside the display window are dropped.
+    /// background. Pixels that the data window has on both sides of the display window are a guard band; what one side has more
+    /// than the other is dropped.
     ///
     /// # Errors
     /// Names the file, what was expected and what was found: a channel or the camera is missing, a depth
@@ -94,19 +99,24 @@ impl Frame {
             let expected = "a view, because the file's normals are in world space";
             return Err(aonet::Error::value("camera", expected, "none"));
         }
-        let mut pixels = layout.read(file)?;
+        let window = file.window();
+        let camera = seen.camera.with_margin(window.margin())?;
+        let mut pixels = layout.read(file, window)?;
         pixels.find_background();
         normals::check_not_encoded(&pixels.normal, &pixels.depth)?;
         let to_view = |n| normals::to_view(n, space, &seen.camera, &pixels.depth);
         let (normal, geo_normal) = (to_view(pixels.normal), pixels.geo_normal.map(to_view));
-        let size = seen.camera.size();
-        let gbuffer = GBuffer::new(seen.camera, pixels.depth, normal)?;
+        let gbuffer = GBuffer::new(camera, pixels.depth, normal)?.with_margin(window.margin())?;
+        let gbuffer = match pixels.second {
+            Some(second) => gbuffer.with_second(second)?,
+            None => gbuffer,
+        };
         if let Some(geo_normal) = &geo_normal {
-            normals::check_finite(geo_normal, gbuffer.depth(), size.width())?;
+            normals::check_finite(geo_normal, gbuffer.depth(), gbuffer.width())?;
         }
         let ao = pixels.ao.map(|mut ao| {
             (0..ao.len()).filter(|&i| !gbuffer.is_foreground(i)).for_each(|i| ao[i] = 1.0);
-            AoImage::new(size, ao)
+            AoImage::new(window.size(), window.cropped(ao))
         });
         let radius = seen.radius.map(AoParams::new).transpose()?.map(|params| params.radius());
         Ok(Self { gbuffer, geo_normal, ao: ao.transpose()?, radius, view: seen.view })
@@ -125,17 +135,15 @@ impl Frame {
     /// # Errors
     /// When `geo_normal` or `ao` is not of the G-buffer's size.
     pub fn to_bytes(&self) -> aonet::Result<Vec<u8>> {
-        let (width, height) = (self.gbuffer.width(), self.gbuffer.height());
-        let geo_len = self.geo_normal.as_ref().map_or(width * height, Vec::len);
-        if geo_len != width * height {
-            return Err(aonet::Error::size("geometric normals", width * height, geo_len));
+        let (window, pixels) = (self.gbuffer.window(), self.gbuffer.size().pixels());
+        let geo_len = self.geo_normal.as_ref().map_or(pixels, Vec::len);
+        if geo_len != pixels {
+            return Err(aonet::Error::size("geometric normals", pixels, geo_len));
         }
-        if let Some(ao) = self.ao.as_ref().filter(|ao| (ao.width(), ao.height()) != (width, height)) {
-            let found = format!("{}x{}", ao.width(), ao.height());
-            return Err(aonet::Error::size("frame AO", format!("{width}x{height}"), found));
+        if let Some(ao) = &self.ao {
+            window.size().expect("frame AO", ao.size())?;
         }
-        let mask =
-            (0..width * height).map(|i| f16::from_f32(f32::from(u8::from(self.gbuffer.is_foreground(i)))));
+        let mask = (0..pixels).map(|i| f16::from_f32(f32::from(u8::from(self.gbuffer.is_foreground(i)))));
         let mut planes = vec![
             Plane { name: "depth", samples: FlatSamples::F32(self.gbuffer.depth().to_vec()) },
             Plane { name: "mask", samples: FlatSamples::F16(mask.collect()) },
@@ -145,11 +153,30 @@ impl Frame {
             planes.extend(vector_planes(["geo_normal.X", "geo_normal.Y", "geo_normal.Z"], normal));
         }
         if let Some(ao) = &self.ao {
-            planes.push(Plane { name: "ao", samples: half_samples(ao.visibility().iter().copied()) });
+            planes.push(Plane {
+                name: "ao",
+                samples: half_samples(guarded(window, ao.visibility()).into_iter()),
+            });
+        }
+        if let Some(second) = self.gbuffer.second() {
+            planes.push(Plane { name: "second.depth", samples: FlatSamples::F32(second.depth.to_vec()) });
+            let names = ["second.normal.X", "second.normal.Y", "second.normal.Z"];
+            planes.extend(second.normal.iter().flat_map(|normal| vector_planes(names, normal)));
         }
         let camera = camera::attribute(self)?;
-        exr_file::encode((width, height), planes, Some(camera), self.radius.map(|r| (camera::RADIUS, r)))
+        exr_file::encode(window, planes, Some(camera), self.radius.map(|r| (camera::RADIUS, r)))
     }
+}
+
+/// An image of the picture with 1 in the guard band.
+fn guarded(window: Window, picture: &[f32]) -> Vec<f32> {
+    let (buffer, margin, width) = (window.buffer_size(), window.margin(), window.size().width());
+    let mut values = vec![1.0; buffer.pixels()];
+    for (row, line) in values.chunks_exact_mut(buffer.width()).skip(margin.y).zip(picture.chunks_exact(width))
+    {
+        row[margin.x..margin.x + width].copy_from_slice(line);
+    }
+    values
 }
 
 fn half_samples(values: impl Iterator<Item = f32>) -> FlatSamples {

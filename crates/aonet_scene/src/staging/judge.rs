@@ -137,6 +137,8 @@ mod tests {
             near: 1e-3,
             far: f32::INFINITY,
             radius: 1.0,
+            margin: 0.0,
+            separation: None,
         };
         let subject = Subject { radius: scene.bounds().radius(), ground_from: u32::MAX };
         judge(&render(&Tracer::new(scene.clone()), &view).unwrap(), subject, &CRITERIA)

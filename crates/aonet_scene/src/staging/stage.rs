@@ -192,6 +192,8 @@ impl<'a> Stage<'a> {
             near: 1e-3 * self.radius(),
             far: f32::INFINITY,
             radius: self.radius(),
+            margin: 0.0,
+            separation: None,
         })
     }
 

@@ -58,5 +58,7 @@ pub(crate) fn view(eye: Vec3, target: Vec3, radius: f32) -> View {
         near: 0.0,
         far: f32::INFINITY,
         radius,
+        margin: 0.0,
+        separation: None,
     }
 }

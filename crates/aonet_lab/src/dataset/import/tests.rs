@@ -91,7 +91,7 @@ impl Desk {
     fn write(&self, name: &str, planes: Vec<Plane>) {
         let path = self.dir.path().join(name);
         std::fs::create_dir_all(path.parent().unwrap()).unwrap();
-        std::fs::write(path, encode(SIZE, planes, None, None).unwrap()).unwrap();
+        std::fs::write(path, encode(Size::px(SIZE.0, SIZE.1).into(), planes, None, None).unwrap()).unwrap();
     }
 
     fn out(&self) -> PathBuf {
@@ -337,9 +337,11 @@ fn imported_frames_are_not_made_again() {
 fn bad_images_are_named_with_what_is_wrong() {
     let size = |name: &str, (width, height): (usize, usize)| {
         let planes = vec![floats("Y", (0..width * height).map(|_| 0.5))];
-        (name.to_owned(), encode((width, height), planes, None, None).unwrap())
+        (name.to_owned(), encode(Size::px(width, height).into(), planes, None, None).unwrap())
     };
-    let file = |name: &str, planes| (name.to_owned(), encode(SIZE, planes, None, None).unwrap());
+    let file = |name: &str, planes| {
+        (name.to_owned(), encode(Size::px(SIZE.0, SIZE.1).into(), planes, None, None).unwrap())
+    };
     let cut = |name: &str, planes| {
         let (name, mut bytes) = file(name, planes);
         bytes.truncate(bytes.len() / 2);

@@ -3,7 +3,7 @@
 use super::{Import, NormalCoding};
 use crate::exr_file::{Channel, ExrFile};
 use crate::frame::{Frame, channels};
-use aonet::{AoImage, GBuffer, Size};
+use aonet::{AoImage, GBuffer};
 use aonet_scene::error::{Error, Result};
 use aonet_scene::view::View;
 use glam::Vec3;
@@ -33,7 +33,8 @@ struct Planes {
 /// When the file cannot be read or is not an image.
 pub(super) fn size(path: &Path) -> Result<(usize, usize)> {
     let bytes = std::fs::read(path).map_err(Error::io(path))?;
-    Ok(ExrFile::open(&bytes).map_err(Error::in_file(path))?.size())
+    let size = ExrFile::open(&bytes).map_err(Error::in_file(path))?.size();
+    Ok((size.width(), size.height()))
 }
 
 /// The frame of the files of normals, depth and AO, and the view that it has.
@@ -88,6 +89,8 @@ fn view(wanted: &Import, (width, height): (usize, usize)) -> View {
         near: 0.0,
         far: f32::INFINITY,
         radius: wanted.radius,
+        margin: 0.0,
+        separation: None,
     }
 }
 
@@ -102,7 +105,7 @@ fn planes(
     let Some(found) = find(file.channels()) else {
         return Err(Error::file(path, expected, channels::list(file.channels())));
     };
-    let (size, far_away) = (file.size(), channels::far_away(&found[0]));
+    let (size, far_away) = ((file.size().width(), file.size().height()), channels::far_away(&found[0]));
     let wanted: Vec<_> = found.into_iter().map(|channel| (channel, outside)).collect();
     let values = file.planes(&wanted).map_err(Error::in_file(path))?;
     Ok(Planes { size, values, far_away })
@@ -184,7 +187,7 @@ fn check_coding(raw: &[Vec3], distance: &[f32], coding: NormalCoding) -> aonet::
 
 /// Visibility that is 1 on the background.
 fn visible(mut values: Vec<f32>, gbuffer: &GBuffer) -> aonet::Result<AoImage> {
-    let (width, height) = (gbuffer.width(), gbuffer.height());
+    let width = gbuffer.width();
     for (i, v) in values.iter_mut().enumerate() {
         if !gbuffer.is_foreground(i) {
             *v = 1.0;
@@ -194,5 +197,5 @@ fn visible(mut values: Vec<f32>, gbuffer: &GBuffer) -> aonet::Result<AoImage> {
             return Err(aonet::Error::value(what, "a number in [0, 1]", *v));
         }
     }
-    AoImage::new(Size::new(width, height)?, values)
+    AoImage::new(gbuffer.size(), values)
 }

@@ -200,6 +200,8 @@ pub fn demo() -> (Scene, View) {
         near: 0.05,
         far: f32::INFINITY,
         radius: 0.5,
+        margin: 0.0,
+        separation: None,
     };
     (build(Kind::FurnishedRoom, 20), view)
 }
