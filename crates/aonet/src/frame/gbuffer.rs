@@ -144,7 +144,12 @@ impl<'a> GBuffer<'a> {
         self.second.as_ref()
     }
 
-    /// Whether pixel `i` (row-major) shows geometry.
+    /// HxW of the picture: whether a pixel shows geometry.
+    pub fn foreground(&self) -> Vec<bool> {
+        self.window.cropped(self.depth.iter().map(|d| *d != f32::INFINITY).collect())
+    }
+
+    /// Whether pixel `i` (row-major, the guard band included) shows geometry.
     pub fn is_foreground(&self, i: usize) -> bool {
         self.depth[i] != f32::INFINITY
     }

@@ -94,8 +94,7 @@ fn reference(path: &Path) -> Result<(AoImage, Option<Vec<bool>>)> {
     // Any camera serves: only AO and the foreground, by depth, are read.
     let hints = FrameHints { fov_y_deg: Some(60.0), ..FrameHints::default() };
     if is_exr && let Ok(Frame { gbuffer, ao: Some(ao), .. }) = Frame::load(path, &hints) {
-        let foreground = (0..gbuffer.depth().len()).map(|i| gbuffer.is_foreground(i)).collect();
-        return Ok((ao, Some(foreground)));
+        return Ok((ao, Some(gbuffer.foreground())));
     }
     Ok((load_ao(path)?, None))
 }

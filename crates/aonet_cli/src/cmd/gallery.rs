@@ -92,8 +92,7 @@ fn shoot(
     reference: &AoImage,
 ) -> Result<Shot> {
     let (ao, ms) = run_method(method, gbuffer, params)?;
-    let foreground: Vec<bool> = (0..gbuffer.depth().len()).map(|i| gbuffer.is_foreground(i)).collect();
-    let comparison = metrics::compare(reference, &ao, Some(&foreground))?;
+    let comparison = metrics::compare(reference, &ao, Some(&gbuffer.foreground()))?;
     Ok(Shot { name: name.to_owned(), ao, ms, comparison })
 }
 

@@ -9,7 +9,7 @@ use aonet::metrics::{self, Comparison, Scores};
 use aonet::net::Model;
 use aonet::net::cpu::{Options, Session};
 use aonet::search::Classic;
-use aonet::{AoImage, AoParams, GBuffer};
+use aonet::{AoImage, AoParams, GBuffer, Window};
 use aonet_scene::error::{Error, Result};
 use phenomena::{Breakdown, RadiusClass};
 use rayon::ThreadPool;
@@ -117,9 +117,9 @@ pub fn evaluate(
     let mut measured: Vec<Vec<Measured>> = contestants.iter().map(|_| Vec::new()).collect();
     for (done, entry) in entries.iter().enumerate() {
         let (gbuffer, params, reference) = read(manifest, entry)?;
-        let foreground: Vec<bool> = (0..gbuffer.depth().len()).map(|i| gbuffer.is_foreground(i)).collect();
-        let masks = phenomena::masks(&gbuffer, params, &reference);
-        let radius = RadiusClass::of(&gbuffer, params);
+        let (foreground, picture) = (gbuffer.foreground(), gbuffer.without_margin());
+        let masks = phenomena::masks(&picture, params, &reference);
+        let radius = RadiusClass::of(&picture, params);
         let results = measured.iter_mut().zip(&mut breakdown);
         for (runner, (results, breakdown)) in runners.iter_mut().zip(results) {
             let (image, ms) = runner.run(&gbuffer, params)?;
@@ -150,7 +150,7 @@ pub fn run(method: &Method<'_>, gbuffer: &GBuffer, params: AoParams) -> Result<(
 /// A method, and the session of its last frame, because most datasets have frames of one size.
 struct Runner<'a> {
     method: Method<'a>,
-    session: Option<((usize, usize), Session)>,
+    session: Option<(Window, Session)>,
 }
 
 impl<'a> Runner<'a> {
@@ -159,12 +159,12 @@ impl<'a> Runner<'a> {
     }
 
     fn run(&mut self, gbuffer: &GBuffer, params: AoParams) -> Result<(AoImage, Option<f64>)> {
-        let size = (gbuffer.width(), gbuffer.height());
-        let mut image = AoImage::open(gbuffer.window().size());
+        let window = gbuffer.window();
+        let mut image = AoImage::open(window.size());
         match self.method {
             Method::Constant(value) => {
-                let pixels = image.visibility_mut().iter_mut().enumerate();
-                pixels.filter(|(i, _)| gbuffer.is_foreground(*i)).for_each(|(_, v)| *v = value);
+                let pixels = image.visibility_mut().iter_mut().zip(gbuffer.foreground());
+                pixels.filter(|(_, shown)| *shown).for_each(|(v, _)| *v = value);
                 Ok((image, None))
             }
             Method::Classic { method, pool } => {
@@ -174,12 +174,12 @@ impl<'a> Runner<'a> {
             }
             Method::Network { model, options } => {
                 let session = match &mut self.session {
-                    Some((of, session)) if *of == size => session,
+                    Some((of, session)) if *of == window => session,
                     stale => {
-                        let mut session = Session::with_options(model, gbuffer.window(), options)?;
+                        let mut session = Session::with_options(model, window, options)?;
                         // The first run touches the arena's pages; only later ones are timed.
                         session.run(gbuffer, params, &mut image)?;
-                        &mut stale.insert((size, session)).1
+                        &mut stale.insert((window, session)).1
                     }
                 };
                 let start = Instant::now();
@@ -201,8 +201,8 @@ pub fn mean_visibility(manifest: &Manifest) -> Result<f32> {
     let (mut sum, mut pixels) = (0.0, 0u64);
     for k in 0..count {
         let (gbuffer, _, ao) = read(manifest, train[k * train.len() / count])?;
-        for i in (0..gbuffer.depth().len()).filter(|&i| gbuffer.is_foreground(i)) {
-            sum += f64::from(ao.visibility()[i]);
+        for (v, _) in ao.visibility().iter().zip(gbuffer.foreground()).filter(|(_, shown)| *shown) {
+            sum += f64::from(*v);
             pixels += 1;
         }
     }

@@ -80,6 +80,7 @@ pub fn ao(image: &AoImage) -> RgbImage {
 
 /// View-space normals as n * 0.5 + 0.5; the background is black.
 pub fn normals(gbuffer: &GBuffer) -> RgbImage {
+    let gbuffer = gbuffer.without_margin();
     picture(gbuffer.width(), gbuffer.height(), |i| match gbuffer.is_foreground(i) {
         true => gbuffer.normal()[i].map(|c| byte(0.5 * c + 0.5)),
         false => [0; 3],
@@ -89,6 +90,7 @@ pub fn normals(gbuffer: &GBuffer) -> RgbImage {
 /// Depth, logarithmic from the nearest hundredth of the foreground (yellow) to the farthest (violet); the
 /// background is dark grey.
 pub fn depth(gbuffer: &GBuffer) -> RgbImage {
+    let gbuffer = gbuffer.without_margin();
     let mut logs: Vec<f32> = gbuffer.depth().iter().filter(|d| d.is_finite()).map(|d| d.ln()).collect();
     logs.sort_unstable_by(f32::total_cmp);
     let at = |share: usize| logs.get((logs.len() * share / 100).min(logs.len().wrapping_sub(1)));
