@@ -52,6 +52,12 @@ impl Convolution {
         self.height * self.width
     }
 
+    /// One group of one image, without unfolding.
+    fn direct(&self, isa: Isa) -> Direct {
+        let Self { inputs, outputs, height, width, .. } = *self;
+        Direct { isa, inputs, outputs, height, width }
+    }
+
     /// Rows of the unfolded image: every value that one output reads.
     fn unfolded(&self) -> usize {
         self.inputs * self.size * self.size
@@ -122,7 +128,7 @@ impl Convolution {
             let weight = self.filters_of(i, weight);
             let bias = &bias[i % self.groups * self.outputs..][..self.outputs];
             match self.way {
-                Way::Direct(isa) => Direct { shape: self, isa }.forward((x, weight, bias), slope, out),
+                Way::Direct(isa) => self.direct(isa).forward((x, weight, bias), slope, out),
                 Way::Unfold => {
                     self.unfold_forward((x, weight, bias), &mut columns, out);
                     if slope != 1.0 {
@@ -164,7 +170,7 @@ impl Convolution {
             for (i, (x, slope)) in images.enumerate() {
                 let filter = &mut filter[i % self.groups * self.outputs * k..][..self.outputs * k];
                 match self.way {
-                    Way::Direct(isa) => Direct { shape: self, isa }.filter((x, slope), filter),
+                    Way::Direct(isa) => self.direct(isa).filter((x, slope), filter),
                     Way::Unfold => self.unfold_filter((x, slope), &mut columns, filter),
                 }
             }
@@ -175,7 +181,7 @@ impl Convolution {
             for (i, (image, slope)) in images.enumerate() {
                 let weight = self.filters_of(i, weight);
                 match self.way {
-                    Way::Direct(isa) => Direct { shape: self, isa }.image((weight, slope), image),
+                    Way::Direct(isa) => self.direct(isa).image((weight, slope), image),
                     Way::Unfold => self.unfold_image((weight, slope), &mut columns, image),
                 }
             }

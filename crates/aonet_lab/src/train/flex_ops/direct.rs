@@ -2,7 +2,6 @@
 //! stay in registers.
 
 use super::bordered::{Beyond, Bordered};
-use super::convolution::Convolution;
 use aonet::simd::{Isa, Kernel, Simd};
 use std::ops::Range;
 
@@ -178,32 +177,35 @@ fn add_products<S: Simd, const O: usize>(
     }
 }
 
-/// A convolution and the instructions that compute it.
-pub(super) struct Direct<'a> {
-    pub(super) shape: &'a Convolution,
+/// The convolution of one group of one image, and the instructions that compute it.
+pub(super) struct Direct {
     pub(super) isa: Isa,
+    pub(super) inputs: usize,
+    pub(super) outputs: usize,
+    pub(super) height: usize,
+    pub(super) width: usize,
 }
 
-impl Direct<'_> {
+impl Direct {
     /// One group of one image: `out` is the filter's output plus bias; negative results are multiplied by `slope`.
     pub(super) fn forward(&self, (x, weight, bias): (&[f32], &[f32], &[f32]), slope: f32, out: &mut [f32]) {
-        let (inputs, outputs) = (self.shape.inputs, self.shape.outputs);
+        let (inputs, outputs) = (self.inputs, self.outputs);
         let at = |o: usize, i: usize, tap: usize| weight[(o * inputs + i) * TAPS + tap];
         let packed = pack((inputs, outputs), at);
-        let (w, area) = (self.shape.width, self.shape.pixels());
+        let (w, area) = (self.width, self.height * self.width);
         let bordered = self.bordered(inputs, 1, Beyond::Edge);
-        self.rows(&bordered, (x, &packed, bias), (slope, self.shape.height, w), |o, y, line| {
+        self.rows(&bordered, (x, &packed, bias), (slope, self.height, w), |o, y, line| {
             out[o * area + y * w..][..w].copy_from_slice(&line[..w]);
         });
     }
 
     /// One group of one image: the gradient of the image, added to `image`.
     pub(super) fn image(&self, (weight, slope): (&[f32], &[f32]), image: &mut [f32]) {
-        let (inputs, outputs) = (self.shape.inputs, self.shape.outputs);
+        let (inputs, outputs) = (self.inputs, self.outputs);
         // Every pixel of the image and its border gathers from the outputs that read it: a convolution with the rotated filter.
         let at = |i: usize, o: usize, tap: usize| weight[(o * inputs + i) * TAPS + TAPS - 1 - tap];
         let packed = pack((outputs, inputs), at);
-        let (h, w) = (self.shape.height, self.shape.width);
+        let (h, w) = (self.height, self.width);
         let bordered = self.bordered(outputs, SIZE - 1, Beyond::Zero);
         let bias = vec![0.0; inputs];
         self.rows(&bordered, (slope, &packed, &bias), (1.0, h + 2, w + 2), |i, y, line| {
@@ -216,14 +218,14 @@ impl Direct<'_> {
 
     /// One group of one image: the gradient of the filter, added to `filter`.
     pub(super) fn filter(&self, (x, slope): (&[f32], &[f32]), filter: &mut [f32]) {
-        let (inputs, outputs, area) = (self.shape.inputs, self.shape.outputs, self.shape.pixels());
+        let (inputs, outputs, area) = (self.inputs, self.outputs, self.height * self.width);
         let (of_x, of_slope) = (self.bordered(inputs, 1, Beyond::Edge), self.bordered(TILE, 0, Beyond::Zero));
         let line = SIZE * LANES;
         let mut sums = vec![0.0; inputs * SIZE * outputs * line];
-        let rows = of_x.rows(self.shape.height);
+        let rows = of_x.rows(self.height);
         let (mut x_band, mut slope_band) = (of_x.band(rows + SIZE - 1), of_slope.band(rows));
-        for first in (0..self.shape.height).step_by(rows) {
-            let rows = rows.min(self.shape.height - first);
+        for first in (0..self.height).step_by(rows) {
+            let rows = rows.min(self.height - first);
             of_x.fill(x, (first, rows + SIZE - 1), &mut x_band);
             for tile in tiles(outputs) {
                 of_slope.fill(&slope[tile.start * area..tile.end * area], (first, rows), &mut slope_band);
@@ -249,7 +251,7 @@ impl Direct<'_> {
     }
 
     fn bordered(&self, planes: usize, border: usize, beyond: Beyond) -> Bordered {
-        Bordered::new([planes, self.shape.height, self.shape.width], border, beyond)
+        Bordered::new([planes, self.height, self.width], border, beyond)
     }
 
     /// Calls `visit` with output, row and the row's values, for `height` rows of `width` pixels.
