@@ -103,7 +103,7 @@ impl Scene {
             |d: &Decal| (d.image as usize) < image.len() && d.uv.as_flattened().iter().all(|c| c.is_finite());
         if let Some(d) = decal.iter().flatten().find(|d| !is_sound(d)) {
             return Err(wrong(
-                &format!("decals of finite places in {} images", image.len()),
+                &format!("decals with finite coordinates in {} images", image.len()),
                 format!("{d:?}"),
             ));
         }

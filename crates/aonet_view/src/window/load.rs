@@ -36,7 +36,7 @@ impl Loading {
             Ok(loaded) => Some(loaded),
             Err(TryRecvError::Empty) => None,
             Err(TryRecvError::Disconnected) => {
-                Some(Err(crate::Error::file(&self.path, "a scene", "one that its reader did not survive")))
+                Some(Err(crate::Error::file(&self.path, "a scene", "a file that makes its reader panic")))
             }
         }
     }

@@ -1,6 +1,6 @@
-//! How long methods take on a graphics processor, pass by pass.
+//! Run-times of methods on a graphics processor, pass by pass.
 //!
-//! What is timed is a frame whose textures are on the device: nothing is uploaded or read back.
+//! A timed frame has its textures on the device: nothing is uploaded or read back.
 
 mod cost;
 mod queries;
@@ -20,13 +20,13 @@ use scene::Scene;
 use serde::Serialize;
 use std::time::Instant;
 
-/// Frames that are submitted before the first of them is waited for: enough to keep the device busy. guess
+/// Frames submitted before waiting for the first: enough to keep the device busy. guess
 const BATCH: usize = 8;
 
-/// A method and how it is to run.
+/// A method and how to run it.
 #[derive(Debug, Clone, Copy)]
 pub enum GpuMethod<'a> {
-    /// A network, and the numbers and instructions to compute with.
+    /// A network, its precision and its kernels.
     Network(&'a Model, Precision, Kernels),
     /// A classic method.
     Classic(&'a Classic),
@@ -35,23 +35,23 @@ pub enum GpuMethod<'a> {
 /// Times of many frames.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Spread {
-    /// The middle one (ms).
+    /// Median (ms).
     pub median_ms: f64,
-    /// The shortest (ms).
+    /// Shortest time (ms).
     pub min_ms: f64,
-    /// The longest (ms).
+    /// Longest time (ms).
     pub max_ms: f64,
 }
 
 /// Run-time of a method at one size.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct GpuTimes {
-    /// A frame while the device is never idle: means of eight.
+    /// Time per frame while the device is never idle: means of eight frames.
     pub frame: Spread,
-    /// From the first pass's begin to the last one's end, when every pass waits for the one before it; none where the device
+    /// From the start of the first pass to the end of the last, when every pass waits for the one before it; none if the device
     /// has no timestamps.
     pub whole: Option<Spread>,
-    /// The same of every pass, in order; empty where the device has no timestamps.
+    /// Times of every pass, in order; empty if the device has no timestamps.
     pub passes: Vec<Spread>,
     /// Memory of the session on the device (bytes): activations, without parameters.
     pub memory_bytes: u64,
@@ -64,7 +64,7 @@ impl Spread {
     }
 }
 
-/// What runs.
+/// A session to time.
 enum Runs {
     Network(Session),
     Classic(ClassicSession),
@@ -91,7 +91,7 @@ impl Runs {
         })
     }
 
-    /// Every pass on its own and timed, if there are timestamps.
+    /// Runs every pass separately and times it, if there are timestamps.
     fn encode(
         &self,
         encoder: &mut wgpu::CommandEncoder,
@@ -177,7 +177,7 @@ mod tests {
     use crate::timing::tests::model;
     use aonet::net::ModelConfig;
 
-    /// A device, or none, said so.
+    /// A device, or none with a message.
     fn device() -> Option<Device> {
         match Device::wait_for() {
             Ok(device) => Some(device),

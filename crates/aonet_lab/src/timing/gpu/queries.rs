@@ -1,10 +1,10 @@
-//! When the passes of a frame began and ended, in the device's own time.
+//! Start and end of a frame's passes, by the device's clock.
 
 use super::lost;
 use aonet::gpu::{Device, Timestamps, wgpu};
 use aonet_scene::Result;
 
-/// Timestamps and a way back.
+/// Timestamps, and the buffers to read them.
 pub(super) struct Queries {
     set: wgpu::QuerySet,
     resolved: wgpu::Buffer,
@@ -13,7 +13,7 @@ pub(super) struct Queries {
 }
 
 impl Queries {
-    /// Two for each pass; none where the device has no timestamps.
+    /// Two timestamps for each pass; none if the device has no timestamps.
     pub(super) fn new(device: &Device, passes: usize) -> Option<Self> {
         if !device.device.features().contains(wgpu::Features::TIMESTAMP_QUERY) {
             return None;
@@ -41,7 +41,7 @@ impl Queries {
         Timestamps { queries: &self.set }
     }
 
-    /// Submits what was encoded with the timestamps and waits: begin and end of every pass (ms), from an unknown beginning.
+    /// Submits the encoded passes and waits; returns start and end of every pass (ms), from an unknown origin.
     ///
     /// # Errors
     /// When the device is lost.

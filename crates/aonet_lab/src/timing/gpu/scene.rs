@@ -1,4 +1,4 @@
-//! Textures of the timed frame, as a renderer has them.
+//! Textures of the timed frame, as in a renderer.
 
 use crate::timing::{RADIUS, bump};
 use aonet::gpu::{DepthEncoding, Device, Frame, Options, Precision, Textures, wgpu};
@@ -11,14 +11,14 @@ pub(super) fn options(precision: Precision) -> Options {
     Options { precision, depth: DepthEncoding::Linear, ..Options::default() }
 }
 
-/// What a session reads and writes, and the frame's numbers.
+/// The textures that a session reads and writes, and the frame.
 pub(super) struct Scene {
     views: [wgpu::TextureView; 3],
     pub(super) frame: Frame,
 }
 
 impl Scene {
-    /// The frame of the other times, at `size` (width, height) (px).
+    /// The synthetic frame of all timings, at `size` (width, height) (px).
     ///
     /// # Errors
     /// When a side is out of range.
