@@ -17,7 +17,7 @@ pub(crate) enum Raw {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Image {
     pub(crate) raw: Raw,
-    /// Side of a patch [px].
+    /// Side of a patch (px).
     pub(crate) patch: usize,
     /// Columns and rows of patches.
     pub(crate) cells: (usize, usize),

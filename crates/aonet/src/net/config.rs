@@ -31,9 +31,9 @@ pub enum Channel {
     Normal(u8),
     /// The same as n/2 + 1/2; 0 on the background.
     NormalEncoded(u8),
-    /// Component 0, 1 or 2 of the view-space position [world units]; 0 on the background.
+    /// Component 0, 1 or 2 of the view-space position (world units); 0 on the background.
     Position(u8),
-    /// Depth along -Z [world units]; 0 on the background.
+    /// Depth along -Z (world units); 0 on the background.
     Depth,
     /// Depth scaled to [0, 1] over the foreground of the frame; 1 on the background.
     DepthNormalized,
@@ -156,7 +156,7 @@ pub struct ModelConfig {
     pub arch: Arch,
     /// Input channels.
     pub features: Features,
-    /// Side of the square patches that become channels at the first level [px]: 1 (off), 2, 4 or 8.
+    /// Side of the square patches that become channels at the first level (px): 1 (off), 2, 4 or 8.
     pub patch: usize,
     /// How the output is formed.
     pub kernel: KernelWeights,

@@ -8,7 +8,7 @@ use glam::Vec3A;
 use safetensors::tensor::{Dtype, SafeTensors, TensorView};
 use std::ops::{Add, Mul};
 
-/// Side of the first layer's filter [cells]; it spans the disk of the AO radius.
+/// Side of the first layer's filter (cells); it spans the disk of the AO radius.
 pub const SIDE: usize = 31;
 /// Inputs of a tap: the difference of the normals, and of the depths over the radius.
 pub const INPUTS: usize = 4;

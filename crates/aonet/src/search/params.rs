@@ -112,7 +112,7 @@ macro_rules! filtered_params {
                 $($fields)*
                 /// Passes of the edge-aware 5x5 filter.
                 denoise_passes: u32 = 1 in 0..=4,
-                /// Distance of a neighbour from the pixel's plane at which it stops counting [share of the AO radius].
+                /// Distance of a neighbour from the pixel's plane at which it stops counting (share of the AO radius).
                 denoise_plane: f32 = 0.05 in 0.001..=2.0,
                 /// Exponent on the cosine between the normals.
                 denoise_normal: f32 = 4.0 in 0.0..=64.0,
@@ -146,7 +146,7 @@ mod tests {
         Toy {
             /// Rays.
             rays: u32 = 4 in 1..=16,
-            /// Thickness [share of the radius].
+            /// Thickness (share of the radius).
             thickness: f32 = 0.5 in 0.0..=1.0,
         }
     }

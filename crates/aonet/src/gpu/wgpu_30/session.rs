@@ -54,7 +54,7 @@ impl<M: Describe> Session<M> {
         Ok(Self { method: Arc::new(method), runner })
     }
 
-    /// Another session with the same weights and shaders, for frames of another size (width, height) [px].
+    /// Another session with the same weights and shaders, for frames of another size (width, height) (px).
     ///
     /// # Errors
     /// As [`Session::resize`].
@@ -63,7 +63,7 @@ impl<M: Describe> Session<M> {
         Ok(Self { method: Arc::clone(&self.method), runner })
     }
 
-    /// Changes the size of the frames to `size` (width, height) [px]; views of another size are of no use then. After an
+    /// Changes the size of the frames to `size` (width, height) (px); views of another size are of no use then. After an
     /// error the session is as before.
     ///
     /// # Errors
@@ -112,7 +112,7 @@ impl<M: Describe> Session<M> {
         self.program().pass_labels()
     }
 
-    /// Width and height of its frames [px].
+    /// Width and height of its frames (px).
     pub fn size(&self) -> (usize, usize) {
         self.program().size()
     }

@@ -19,7 +19,7 @@ pub(super) struct GuideWindow<'a> {
     /// The partitioned features.
     pub(super) guide: &'a [f32],
     pub(super) buffer: &'a Buffer,
-    /// Side of a patch [px].
+    /// Side of a patch (px).
     pub(super) patch: usize,
     /// Row of cells.
     pub(super) y: usize,

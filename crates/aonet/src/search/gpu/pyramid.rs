@@ -18,7 +18,7 @@ pub(crate) struct Pyramid {
 }
 
 impl Pyramid {
-    /// Adds memory for a frame of `size` (width, height) [px].
+    /// Adds memory for a frame of `size` (width, height) (px).
     pub(crate) fn new(size: (usize, usize), list: &mut Dispatches) -> Self {
         let sizes = (1..=COARSER).map(|level| [size.0, size.1].map(|side| side.div_ceil(1 << level)));
         let (mut numbers, mut cells) = ([0; 2 * COARSER], 0);

@@ -7,7 +7,7 @@ use crate::search::Classic;
 use crate::search::gpu::method::Method;
 
 impl Session<Method> {
-    /// A session for frames of `size` (width, height) [px]. Precision and kernels of the options do not matter.
+    /// A session for frames of `size` (width, height) (px). Precision and kernels of the options do not matter.
     ///
     /// # Errors
     /// When the method is NNAO or a parameter is out of its range, when a side is 0 or too large for the device, or the
