@@ -6,8 +6,53 @@ use crate::frame::window::Margin;
 use crate::gpu::options::{DepthEncoding, Frame, NormalSpace, TextureEncoding};
 use glam::Mat3A;
 
-/// Bytes of the struct `Frame` of `surface.wgsl`.
-pub(crate) const FRAME_BYTES: usize = 112;
+/// A number or a vector among the numbers of a frame.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct FrameField {
+    /// Its name in the struct `Frame` of the shaders, which also says what it means.
+    pub name: &'static str,
+    /// Its type in WGSL.
+    pub ty: &'static str,
+    /// Where it begins, in bytes.
+    pub offset: usize,
+}
+
+/// Bytes of the numbers of a frame.
+pub const FRAME_BYTES: usize = 112;
+
+/// The numbers of a frame: the struct `Frame` of `surface.wgsl`. Columns of the matrix are 16 bytes apart.
+pub const FRAME_FIELDS: [FrameField; 9] = [
+    field("view_from_normals", "mat3x3<f32>", 0),
+    field("size", "vec2<u32>", 48),
+    field("depth_line", "vec2<f32>", 56),
+    field("pixel_size", "vec2<f32>", 64),
+    field("radius", "f32", 72),
+    field("log2_radius_px", "f32", 76),
+    field("centre", "vec2<f32>", 80),
+    field("aspect", "f32", 88),
+    field("margin", "vec2<u32>", 96),
+];
+
+const fn field(name: &'static str, ty: &'static str, offset: usize) -> FrameField {
+    FrameField { name, ty, offset }
+}
+
+/// Those numbers as bytes.
+struct Bytes([u8; FRAME_BYTES]);
+
+impl Bytes {
+    /// Writes a field, or its part `words` words of 32 bits behind its beginning.
+    fn put(&mut self, name: &str, words: usize, values: &[u32]) {
+        let found = FRAME_FIELDS.iter().find(|field| field.name == name);
+        let at = found.expect("a field of the frame").offset + 4 * words;
+        let places = self.0[at..].chunks_exact_mut(4);
+        places.zip(values).for_each(|(place, value)| place.copy_from_slice(&value.to_le_bytes()));
+    }
+
+    fn put_floats(&mut self, name: &str, values: &[f32]) {
+        values.iter().enumerate().for_each(|(i, value)| self.put(name, i, &[value.to_bits()]));
+    }
+}
 
 /// That struct for frames of a size (width, height) (px) with a guard band of `margin` inside.
 ///
@@ -27,23 +72,19 @@ pub(crate) fn frame_bytes(
     };
     let [focal_x, focal_y] = camera.focal_px();
     let pixel_size = if camera.is_perspective() { [1.0 / focal_y, 0.0] } else { [0.0, 1.0 / focal_y] };
-    let mut words = [0u32; FRAME_BYTES / 4];
-    let mut put = |at: usize, values: &[f32]| {
-        words[at..at + values.len()].iter_mut().zip(values).for_each(|(word, v)| *word = v.to_bits());
-    };
+    let mut bytes = Bytes([0; FRAME_BYTES]);
     for (i, column) in view_from_normals.to_cols_array_2d().iter().enumerate() {
-        put(4 * i, column);
+        bytes.put("view_from_normals", 4 * i, &column.map(f32::to_bits));
     }
-    put(14, &depth_line(textures.depth, frame)?);
-    put(16, &pixel_size);
-    put(18, &[radius, camera.projected_px(radius, 1.0).log2()]);
-    put(20, &camera.centre_px());
-    put(22, &[focal_y / focal_x]);
-    (words[12], words[13]) = (width as u32, height as u32);
-    (words[24], words[25]) = (margin.x as u32, margin.y as u32);
-    let mut bytes = [0; FRAME_BYTES];
-    bytes.chunks_exact_mut(4).zip(words).for_each(|(bytes, word)| bytes.copy_from_slice(&word.to_le_bytes()));
-    Ok(bytes)
+    bytes.put("size", 0, &[width as u32, height as u32]);
+    bytes.put_floats("depth_line", &depth_line(textures.depth, frame)?);
+    bytes.put_floats("pixel_size", &pixel_size);
+    bytes.put_floats("radius", &[radius]);
+    bytes.put_floats("log2_radius_px", &[camera.projected_px(radius, 1.0).log2()]);
+    bytes.put_floats("centre", &camera.centre_px());
+    bytes.put_floats("aspect", &[focal_y / focal_x]);
+    bytes.put("margin", 0, &[margin.x as u32, margin.y as u32]);
+    Ok(bytes.0)
 }
 
 /// Slope and offset that make a distance, or with perspective its inverse, of a stored depth.
@@ -64,4 +105,28 @@ fn depth_line(encoding: DepthEncoding, frame: &Frame) -> Result<[f32; 2]> {
         return Err(Error::value("planes of a frame", expected, format!("near {near}, far {far}")));
     }
     Ok([(at_1 - at_0) as f32, at_0 as f32])
+}
+
+#[cfg(all(test, feature = "gpu"))]
+mod tests {
+    use super::*;
+    use crate::gpu::options::Precision;
+    use crate::gpu::surface::Surface;
+    use wgpu::naga;
+
+    #[test]
+    fn shaders_see_the_fields_where_they_are_written() {
+        let surface = Surface { precision: Precision::F32, textures: TextureEncoding::default() };
+        let module = naga::front::wgsl::parse_str(surface.shader().source()).unwrap();
+        let of_frame = |ty: &naga::Type| ty.name.as_deref() == Some("Frame");
+        let (_, ty) = module.types.iter().find(|(_, ty)| of_frame(ty)).unwrap();
+        let naga::TypeInner::Struct { members, span } = &ty.inner else { panic!("a struct") };
+        let found: Vec<_> = members.iter().map(|m| (m.name.as_deref().unwrap(), m.offset as usize)).collect();
+        let expected: Vec<_> = FRAME_FIELDS.iter().map(|field| (field.name, field.offset)).collect();
+        assert_eq!((found, *span as usize), (expected, FRAME_BYTES));
+        for field in FRAME_FIELDS {
+            let declared = format!("    {}: {},", field.name, field.ty);
+            assert!(include_str!("surface.wgsl").lines().any(|line| line == declared), "{declared}");
+        }
+    }
 }

@@ -1,18 +1,21 @@
 //! What a GPU does for a frame, as a plain value: buffers, shaders, dispatches and the image at the end.
 //!
-//! A [`Program`] belongs to one method and one size, and names no graphics interface. [`Session`](super::Session) runs it on
-//! wgpu; [`Program::write`] stores it for other hosts.
+//! A [`Program`] belongs to one method and one size, and names no graphics interface. With the feature `gpu`, a `Session` runs
+//! it on wgpu; [`Program::to_bytes`] stores it for other hosts.
 
 mod dispatches;
+mod file;
 mod numbers;
 
 pub(crate) use dispatches::{Dispatch, Dispatches};
+pub use file::ProgramBytes;
 pub(crate) use numbers::{Arithmetic, Contents, floats};
 
 use crate::error::Result;
 use crate::frame::window::Margin;
 use crate::gpu::options::{Frame, TextureEncoding};
 use crate::gpu::uniforms;
+pub use crate::gpu::uniforms::{FRAME_BYTES, FRAME_FIELDS, FrameField};
 use serde::{Deserialize, Serialize};
 use std::sync::Arc;
 
@@ -144,7 +147,7 @@ impl Program {
     ///
     /// # Errors
     /// When the camera has another size than the program, or the frame's numbers are out of range.
-    pub fn frame_bytes(&self, margin: Margin, frame: &Frame) -> Result<[u8; uniforms::FRAME_BYTES]> {
+    pub fn frame_bytes(&self, margin: Margin, frame: &Frame) -> Result<[u8; FRAME_BYTES]> {
         uniforms::frame_bytes(self.textures, self.size, margin, frame)
     }
 

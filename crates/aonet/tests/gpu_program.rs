@@ -1,0 +1,89 @@
+//! A program that was written and read gives the image of the session that built it, bit for bit.
+
+mod common;
+#[path = "common/device.rs"]
+mod device;
+
+use aonet::gpu::wgpu::TextureFormat::R32Float;
+use aonet::gpu::{Describe, Device, Program, Session, Textures};
+use aonet::net::{Features, KernelWeights, Model, shipped};
+use aonet::search::Classic;
+use aonet::{AoImage, GBuffer};
+use common::{frame, model, params, small, spread};
+use device::{Inputs, OPTIONS, device, inputs, read, target};
+
+const SIZE: (usize, usize) = (70, 44);
+
+/// One frame through a session.
+fn run<M: Describe>(device: &Device, session: &Session<M>, gbuffer: &GBuffer) -> AoImage {
+    let Inputs { normal, depth, frame } = inputs(device, gbuffer, params());
+    let visibility = target(device, session.size(), R32Float);
+    let view = session.view(Textures { normal: &normal, depth: &depth, visibility: &visibility }).unwrap();
+    let mut encoder = device.device.create_command_encoder(&Default::default());
+    session.encode(&mut encoder, &view, &frame).unwrap();
+    read(device, encoder, &visibility)
+}
+
+/// Writes and reads the program of a session, and compares what the two give.
+fn check<M: Describe>(device: &Device, session: &Session<M>, what: &str) {
+    let bytes = session.program().to_bytes().unwrap();
+    let program = Program::from_bytes(&bytes.json, &bytes.blob).unwrap();
+    let of_file = Session::<Program>::new((&device.device, &device.queue), program, R32Float).unwrap();
+    let gbuffer = frame(SIZE, 3);
+    let expected = run(device, session, &gbuffer);
+    assert!(spread(&expected, &gbuffer) > 0.05, "nothing to see: {what}");
+    assert_eq!(run(device, &of_file, &gbuffer), expected, "{what}");
+    // What is cleared every frame is: the second frame is the first.
+    assert_eq!(run(device, &of_file, &gbuffer), expected, "{what}, again");
+}
+
+#[test]
+fn files_of_networks_give_the_sessions_image() {
+    let Some(device) = device() else { return };
+    let on = (&device.device, &device.queue);
+    for (model, what) in [
+        (Model::from_bytes(shipped::ANY_RADIUS).unwrap(), "any_radius"),
+        (model(small(Features::NormalDepthNormalized, 4, KernelWeights::Linear), 1), "normalised depth"),
+    ] {
+        check(&device, &aonet::net::gpu::Session::new(on, &model, SIZE, OPTIONS).unwrap(), what);
+    }
+}
+
+#[test]
+fn files_of_classic_methods_give_the_sessions_image() {
+    let Some(device) = device() else { return };
+    let on = (&device.device, &device.queue);
+    for name in ["gtao", "ssao"] {
+        let method = Classic::named(name).unwrap();
+        let session = aonet::search::gpu::ClassicSession::new(on, &method, SIZE, OPTIONS).unwrap();
+        check(&device, &session, name);
+    }
+}
+
+#[test]
+fn a_changed_file_is_noticed_and_a_broken_shader_is_an_error() {
+    let Some(device) = device() else { return };
+    let on = (&device.device, &device.queue);
+    let method = Classic::named("hbao").unwrap();
+    let session = aonet::search::gpu::ClassicSession::new(on, &method, SIZE, OPTIONS).unwrap();
+    let bytes = session.program().to_bytes().unwrap();
+    let text = String::from_utf8(bytes.json).unwrap();
+    let with = |from: &str, to: &str| {
+        let changed = text.replacen(from, to, 1);
+        assert_ne!(changed, text, "{from}");
+        let program = Program::from_bytes(changed.as_bytes(), &bytes.blob).unwrap();
+        Session::<Program>::new(on, program, R32Float)
+    };
+    let gbuffer = frame(SIZE, 3);
+    let changed = with("const RADIUS_SCALE: f32 = 1.0f", "const RADIUS_SCALE: f32 = 0.5f").unwrap();
+    assert_ne!(run(&device, &changed, &gbuffer), run(&device, &session, &gbuffer));
+    for (from, to) in
+        [("fn visibility_at", "fn elsewhere"), ("fn main", "fn start"), ("\"read\":0", "\"write\":0")]
+    {
+        let found = with(from, to).unwrap_err().to_string();
+        assert!(found.contains("device"), "{from}: {found}");
+    }
+    let mut fixed = with("\"hbao\"", "\"another name\"").unwrap();
+    assert!(fixed.resize((10, 10)).unwrap_err().to_string().contains("70x44"), "a program has one size");
+    assert!(fixed.sibling(SIZE).is_ok());
+}
