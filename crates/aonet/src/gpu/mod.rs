@@ -21,6 +21,8 @@ pub use program::{Describe, Program};
 #[cfg(feature = "gpu")]
 pub use wgpu;
 #[cfg(feature = "gpu")]
+pub use wgpu_30::bind;
+#[cfg(feature = "gpu")]
 pub use wgpu_30::chain::Timestamps;
 #[cfg(feature = "gpu")]
 pub use wgpu_30::cover::{cleared, cover_pipeline};

@@ -49,6 +49,11 @@ impl Shader {
         self.constant(name, ("f32", format!("{:?}f", f64::from(value))))
     }
 
+    /// Columns and rows of a workgroup.
+    pub(crate) fn tile(self, [width, height]: [usize; 2]) -> Self {
+        self.number("TILE_WIDTH", width).number("TILE_HEIGHT", height)
+    }
+
     /// A condition.
     pub(crate) fn flag(self, name: &str, value: bool) -> Self {
         self.constant(name, ("bool", value))

@@ -2,6 +2,7 @@
 
 use super::options::{DepthEncoding, NormalEncoding, Precision, TextureEncoding};
 use super::shader::Shader;
+use crate::frame::BACKGROUND;
 
 /// How a shader that sees a frame computes, and what the frame's textures hold.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -32,6 +33,7 @@ impl Surface {
             .number("LINEAR_DEPTH", 0)
             .number("DEPTH", depth)
             .float("FARTHEST", farthest)
+            .float("BACKGROUND", BACKGROUND)
             .part(include_str!("surface.wgsl"))
     }
 }

@@ -25,9 +25,6 @@ struct Frame {
 @group(0) @binding(1) var normals: texture_2d<f32>;
 @group(0) @binding(2) var depths: texture_2d<f32>;
 
-/// Depth of the background: beyond every scene, and squares of what comes of it are still floats.
-const BACKGROUND: f32 = 1e16;
-
 struct Surface {
     /// View space, unit length; zero on the background.
     normal: vec3<f32>,

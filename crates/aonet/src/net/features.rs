@@ -9,12 +9,12 @@ use std::borrow::Cow;
 
 /// Range of the projected radius that the network tells apart, log2 [px]: 1/16 px to 65536 px.
 /// Background is infinitely far and gets the lower end.
-const LOG2_PX_RANGE: (f32, f32) = (-4.0, 16.0);
+pub(crate) const LOG2_PX_RANGE: (f32, f32) = (-4.0, 16.0);
 
 /// The projected radius is shown as (log2(px) - 5) / 4: near zero mean, near unit spread for radii of 2 to
 /// 512 px. guess: the first convolution can rescale it.
-const LOG2_PX_MEAN: f32 = 5.0;
-const LOG2_PX_SCALE: f32 = 0.25;
+pub(crate) const LOG2_PX_MEAN: f32 = 5.0;
+pub(crate) const LOG2_PX_SCALE: f32 = 0.25;
 
 /// Writes CxHxW features, rows of length `row` >= width, planes of `plane` values; the rest of `out` is left alone.
 /// What the channels hold: [`Channel`].

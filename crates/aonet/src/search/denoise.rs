@@ -19,11 +19,11 @@ pub(crate) struct Denoise {
 }
 
 /// Pixels on each side.
-const REACH: usize = 2;
+pub(crate) const REACH: usize = 2;
 /// Rows, and columns, of the filter.
 const ROWS: usize = 2 * REACH + 1;
 /// Weights by distance: a Gaussian with a spread of 1.5 px. guess
-const SPATIAL: [f32; 3] = [1.0, 0.8007, 0.4111];
+pub(crate) const SPATIAL: [f32; 3] = [1.0, 0.8007, 0.4111];
 
 /// Filters HxW visibility in place.
 pub(crate) fn denoise(screen: &Screen<'_>, by: Denoise, visibility: &mut Vec<f32>, isa: Isa) {

@@ -1,6 +1,7 @@
 //! Coarser depth for far taps: fewer cache misses, and a far tap stands for all that it covers.
 
-use super::screen::{BACKGROUND, Screen, Tap};
+use super::screen::{Screen, Tap};
+use crate::frame::BACKGROUND;
 use crate::simd::integers::Whole;
 use crate::simd::lanes::{F, LANES};
 use crate::simd::{Isa, Kernel, Simd, Wide};

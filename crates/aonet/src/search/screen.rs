@@ -1,5 +1,6 @@
 //! The frame as the methods see it: positions and depths of sixteen pixels at once.
 
+use crate::frame::BACKGROUND;
 use crate::frame::ao_image::AoParams;
 use crate::frame::gbuffer::GBuffer;
 use crate::frame::size::Size;
@@ -7,9 +8,6 @@ use crate::simd::Wide;
 use crate::simd::integers::{U, Whole};
 use crate::simd::lanes::{F, LANES, Mask};
 use crate::simd::vector::V3;
-
-/// Depth of the background: beyond every scene, and squares of what comes of it are still floats.
-pub(super) const BACKGROUND: f32 = 1e16;
 
 /// A frame, its camera and the AO radius.
 #[derive(Debug)]

@@ -7,7 +7,7 @@ use crate::simd::vector::V3;
 use std::f32::consts::{FRAC_PI_2, PI};
 
 /// Least cosine between normal and view that the tangent plane is followed at. guess
-const MOST_GRAZING: f32 = 0.1;
+pub(crate) const MOST_GRAZING: f32 = 0.1;
 
 /// A slice of every pixel, spanned by the unit vectors `to_viewer` and one across it, "along".
 // Jimenez et al. 2016, §4, Alg. 1: the light of a pixel as an integral over slices.

@@ -1,7 +1,8 @@
 //! Steps of whole pixels along a slice, whose two ends share most of the arithmetic.
 
-use super::screen::{BACKGROUND, Pixels, Screen};
+use super::screen::{Pixels, Screen};
 use super::slice::Slice;
+use crate::frame::BACKGROUND;
 use crate::simd::Wide;
 use crate::simd::integers::U;
 use crate::simd::lanes::{F, Mask};

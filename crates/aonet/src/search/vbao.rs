@@ -41,7 +41,7 @@ impl VbaoParams {
 }
 
 /// Sectors of a slice: the bits of a word.
-const SECTORS: f32 = 32.0;
+pub(crate) const SECTORS: f32 = 32.0;
 
 /// The bitmask of one frame.
 pub(crate) struct Vbao<'a> {

@@ -1,8 +1,8 @@
 //! Writes the AO texture by a render pass, because compute shaders can write few formats of one channel.
 
 use super::memory::{Context, Ring};
-use super::program::{self, Sees};
-use aonet::gpu::{cleared, cover_pipeline, wgpu};
+use super::program;
+use aonet::gpu::{bind, cleared, cover_pipeline, wgpu};
 use aonet::{Error, Result};
 
 /// The pass that divides open rays by rays.
@@ -20,13 +20,13 @@ impl Image {
     pub(super) fn new(context: &Context, output: wgpu::TextureFormat) -> Self {
         let device = &context.device;
         let stage = wgpu::ShaderStages::FRAGMENT;
-        let layout = program::layout(device, "reference image", stage, &[Sees::Numbers, Sees::Read]);
+        let layout = bind::layout(device, "reference image", stage, &[bind::UNIFORM_AT_OFFSET, bind::READ]);
         let pipeline = cover_pipeline(device, ("reference image", SOURCE), &[&layout], output);
         Self { layout, pipeline, output }
     }
 
     pub(super) fn group(&self, context: &Context, ring: &Ring, open: &wgpu::Buffer) -> wgpu::BindGroup {
-        program::group(&context.device, &self.layout, &ring.buffer, &[open])
+        program::group(&context.device, "reference image", &self.layout, &ring.buffer, &[open])
     }
 
     /// # Errors

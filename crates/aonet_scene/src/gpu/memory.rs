@@ -1,7 +1,7 @@
 //! Buffers on a device, checked against its limits.
 
-use aonet::gpu::wgpu;
-use aonet::{Error, Result};
+use aonet::Result;
+use aonet::gpu::{bind, wgpu};
 
 /// A device and its queue.
 #[derive(Debug, Clone)]
@@ -16,14 +16,7 @@ impl Context {
     /// # Errors
     /// When it is larger than the device's largest storage binding.
     pub(super) fn storage(&self, label: &str, bytes: usize) -> Result<wgpu::Buffer> {
-        let limits = self.device.limits();
-        let most = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
-        if bytes as u64 > most {
-            let expected = format!("at most {most} bytes, which is the limit of the device");
-            return Err(Error::device(format!("buffer of {label}"), expected, format!("{bytes} bytes")));
-        }
-        let copy = wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST;
-        Ok(self.buffer(label, bytes, wgpu::BufferUsages::STORAGE | copy))
+        bind::checked_buffer(&self.device, label, bytes as u64, wgpu::BufferUsages::STORAGE)
     }
 
     /// A storage buffer with contents: words of 32 bits, or a single zero if there are none.

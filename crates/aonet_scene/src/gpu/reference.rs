@@ -3,7 +3,7 @@
 use super::image::Image;
 use super::memory::{Context, PLACES, Ring};
 use super::order::{Batch, Walk};
-use super::program::{self, Sees};
+use super::program;
 use super::scene::{self, SceneBuffers};
 use super::start::{BoundTextures, Points, Start, Textures};
 use crate::gbuffer::Surface;
@@ -11,7 +11,7 @@ use crate::reference::{Sampling, spiral};
 use crate::trace::Tracer;
 use crate::{Error, Result};
 use aonet::AoParams;
-use aonet::gpu::{DepthEncoding, Frame, scoped, wgpu};
+use aonet::gpu::{DepthEncoding, Frame, bind, scoped, wgpu};
 
 /// Most rays of a dispatch, so that it ends before a driver's watchdog acts.
 // guess: a tenth of a second at ten million rays per second, which is slow.
@@ -325,9 +325,9 @@ fn spokes(context: &Context, sampling: Sampling) -> aonet::Result<wgpu::Buffer> 
 impl Programs {
     fn new(context: &Context, options: &ReferenceOptions) -> Self {
         let device = &context.device;
-        let mut sees = [Sees::Read; 8];
-        (sees[0], sees[7]) = (Sees::Numbers, Sees::Write);
-        let rays_layout = program::layout(device, "reference rays", wgpu::ShaderStages::COMPUTE, &sees);
+        let mut types = [bind::READ; 8];
+        (types[0], types[7]) = (bind::UNIFORM_AT_OFFSET, bind::WRITE);
+        let rays_layout = bind::layout(device, "reference rays", wgpu::ShaderStages::COMPUTE, &types);
         let rays = program::compute(device, ("reference rays", &source()), &[&rays_layout]);
         let start = Start::new(context, options.depth);
         Self { start, rays, rays_layout, image: Image::new(context, options.output) }
@@ -342,7 +342,7 @@ impl Programs {
     ) -> wgpu::BindGroup {
         let [origins, normals, geo_normals] = &points.buffers;
         let buffers = [&scene.nodes, &scene.triangles, spokes, origins, normals, geo_normals, open];
-        program::group(&scene.context.device, &self.rays_layout, &ring.buffer, &buffers)
+        program::group(&scene.context.device, "reference rays", &self.rays_layout, &ring.buffer, &buffers)
     }
 }
 

@@ -2,13 +2,13 @@
 
 use super::image::check_size;
 use super::memory::{Context, Ring};
-use super::program::{self, Sees};
+use super::program;
 use super::scene::{self, SceneBuffers};
 use crate::gbuffer::Surface;
 use crate::reference::Point;
 use crate::{Result, Scene};
 use aonet::Error;
-use aonet::gpu::{DepthEncoding, Frame, scoped, wgpu};
+use aonet::gpu::{DepthEncoding, Frame, bind, scoped, wgpu};
 use glam::Vec3A;
 use rayon::prelude::*;
 
@@ -70,23 +70,11 @@ pub(super) fn source(depth: DepthEncoding) -> String {
 impl Start {
     pub(super) fn new(context: &Context, depth: DepthEncoding) -> Self {
         let device = &context.device;
-        let sees = [Sees::Numbers, Sees::Read, Sees::Read, Sees::Write, Sees::Write, Sees::Write];
-        let layout = program::layout(device, "start points", wgpu::ShaderStages::COMPUTE, &sees);
-        let texture = |binding| wgpu::BindGroupLayoutEntry {
-            binding,
-            visibility: wgpu::ShaderStages::COMPUTE,
-            // Depth textures can be read as unfiltered floats as well.
-            ty: wgpu::BindingType::Texture {
-                sample_type: wgpu::TextureSampleType::Float { filterable: false },
-                view_dimension: wgpu::TextureViewDimension::D2,
-                multisampled: false,
-            },
-            count: None,
-        };
-        let view_layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-            label: Some("view of a reference"),
-            entries: &[texture(0), texture(1), texture(2)],
-        });
+        let (read, write) = (bind::READ, bind::WRITE);
+        let types = [bind::UNIFORM_AT_OFFSET, read, read, write, write, write];
+        let stage = wgpu::ShaderStages::COMPUTE;
+        let layout = bind::layout(device, "start points", stage, &types);
+        let view_layout = bind::layout(device, "view of a reference", stage, &[bind::TEXTURE; 3]);
         let pipeline = program::compute(device, ("start points", &source(depth)), &[&layout, &view_layout]);
         Self { depth, layout, view_layout, pipeline }
     }
@@ -104,17 +92,9 @@ impl Start {
         for (what, view) in named {
             check_size(what, view.texture(), size)?;
         }
-        let entry = |(binding, (_, view)): (u32, (&str, _))| wgpu::BindGroupEntry {
-            binding,
-            resource: wgpu::BindingResource::TextureView(view),
-        };
-        let entries: Vec<_> = (0..).zip(named).map(entry).collect();
+        let resources = named.map(|(_, view)| wgpu::BindingResource::TextureView(view));
         let group = scoped(&context.device, "textures of a frame", || {
-            Ok(context.device.create_bind_group(&wgpu::BindGroupDescriptor {
-                label: Some("view of a reference"),
-                layout: &self.view_layout,
-                entries: &entries,
-            }))
+            Ok(bind::group(&context.device, "view of a reference", &self.view_layout, resources))
         })?;
         Ok(BoundTextures { size, group })
     }
@@ -132,7 +112,7 @@ impl Start {
         let buffers = [buffer()?, buffer()?, buffer()?];
         let [origins, normals, geo_normals] = &buffers;
         let seen = [&scene.nodes, &scene.triangles, origins, normals, geo_normals];
-        let group = program::group(&context.device, &self.layout, &ring.buffer, &seen);
+        let group = program::group(&context.device, "start points", &self.layout, &ring.buffer, &seen);
         Ok(Points { size, buffers, group })
     }
 

@@ -1,7 +1,7 @@
 //! A device, and the objects that every pass creates on it.
 
 use super::pass_clock::PassClock;
-use aonet::gpu::{cleared, cover_pipeline, wgpu};
+use aonet::gpu::{bind, cleared, cover_pipeline, wgpu};
 
 /// A device and its queue.
 #[derive(Debug, Clone)]
@@ -28,52 +28,6 @@ impl Gpu {
         })
     }
 
-    /// A bind group of these resources, in order.
-    pub(super) fn group(
-        &self,
-        layout: &wgpu::BindGroupLayout,
-        resources: &[wgpu::BindingResource<'_>],
-    ) -> wgpu::BindGroup {
-        let entry = |(binding, resource)| wgpu::BindGroupEntry { binding, resource };
-        let entries: Vec<_> = (0..).zip(resources.iter().cloned()).map(entry).collect();
-        self.device.create_bind_group(&wgpu::BindGroupDescriptor { label: None, layout, entries: &entries })
-    }
-
-    /// A layout of these bindings, in order, for the stages.
-    pub(super) fn layout(
-        &self,
-        stages: wgpu::ShaderStages,
-        types: &[wgpu::BindingType],
-    ) -> wgpu::BindGroupLayout {
-        let entry = |(binding, ty): (u32, &wgpu::BindingType)| wgpu::BindGroupLayoutEntry {
-            binding,
-            visibility: stages,
-            ty: *ty,
-            count: None,
-        };
-        let entries: Vec<_> = (0..).zip(types).map(entry).collect();
-        self.device
-            .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: None, entries: &entries })
-    }
-
-    /// A module and the pipeline layout of one group.
-    pub(super) fn module(
-        &self,
-        (label, source): (&str, &str),
-        group: &wgpu::BindGroupLayout,
-    ) -> (wgpu::ShaderModule, wgpu::PipelineLayout) {
-        let module = self.device.create_shader_module(wgpu::ShaderModuleDescriptor {
-            label: Some(label),
-            source: wgpu::ShaderSource::Wgsl(source.into()),
-        });
-        let layout = self.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: Some(label),
-            bind_group_layouts: &[Some(group)],
-            immediate_size: 0,
-        });
-        (module, layout)
-    }
-
     /// A [`Cover`] with these bindings.
     pub(super) fn cover(
         &self,
@@ -81,7 +35,7 @@ impl Gpu {
         types: &[wgpu::BindingType],
         format: wgpu::TextureFormat,
     ) -> Cover {
-        let layout = self.layout(wgpu::ShaderStages::FRAGMENT, types);
+        let layout = bind::layout(&self.device, shader.0, wgpu::ShaderStages::FRAGMENT, types);
         let pipeline = cover_pipeline(&self.device, shader, &[&layout], format);
         Cover { pipeline, layout }
     }
@@ -107,20 +61,6 @@ impl Cover {
         pass.draw(0..3, 0..1);
     }
 }
-
-/// A texture that is read texel by texel.
-pub(super) const TEXTURE: wgpu::BindingType = wgpu::BindingType::Texture {
-    sample_type: wgpu::TextureSampleType::Float { filterable: false },
-    view_dimension: wgpu::TextureViewDimension::D2,
-    multisampled: false,
-};
-
-/// A small buffer of numbers that all invocations see.
-pub(super) const UNIFORM: wgpu::BindingType = wgpu::BindingType::Buffer {
-    ty: wgpu::BufferBindingType::Uniform,
-    has_dynamic_offset: false,
-    min_binding_size: None,
-};
 
 /// Numbers as shaders read them.
 pub(super) fn bytes(values: impl IntoIterator<Item = f32>) -> Vec<u8> {

@@ -1,12 +1,13 @@
 //! The G-buffer pass: rasterisation with reversed depth. CPU twin: `aonet_scene::gbuffer`.
 
-use super::device::{Gpu, UNIFORM, bytes};
+use super::device::{Gpu, bytes};
 use super::frame::FrameParams;
 use super::pass_clock::PassClock;
 use super::scene::SceneBuffers;
 use super::stopwatch::Stopwatch;
 use super::targets::{self, Targets};
 use super::textures;
+use aonet::gpu::bind::{self, READ, UNIFORM};
 use aonet::gpu::{cleared, wgpu};
 use aonet_scene::scene::Bounds;
 use glam::{Mat4, Vec3, Vec3A};
@@ -30,15 +31,10 @@ pub(super) struct GbufferPass {
 
 impl GbufferPass {
     pub(super) fn new(gpu: &Gpu) -> Self {
-        let storage = wgpu::BindingType::Buffer {
-            ty: wgpu::BufferBindingType::Storage { read_only: true },
-            has_dynamic_offset: false,
-            min_binding_size: None,
-        };
         let sampler = wgpu::BindingType::Sampler(wgpu::SamplerBindingType::Filtering);
-        let mut types = vec![UNIFORM, storage, storage, storage, storage, storage, textures::ARRAY];
+        let mut types = vec![UNIFORM, READ, READ, READ, READ, READ, textures::ARRAY];
         types.extend([sampler; 4]);
-        let layout = gpu.layout(wgpu::ShaderStages::VERTEX_FRAGMENT, &types);
+        let layout = bind::layout(&gpu.device, "G-buffer", wgpu::ShaderStages::VERTEX_FRAGMENT, &types);
         let pipeline = pipeline(gpu, &layout);
         let camera = gpu.buffer("camera", CAMERA_BYTES, wgpu::BufferUsages::UNIFORM);
         Self { gpu: gpu.clone(), pipeline, layout, camera, samplers: textures::samplers(gpu) }
@@ -57,7 +53,7 @@ impl GbufferPass {
         let mut resources = buffers.map(wgpu::Buffer::as_entire_binding).to_vec();
         resources.push(wgpu::BindingResource::TextureView(&scene.textures.view));
         resources.extend(self.samplers.each_ref().map(wgpu::BindingResource::Sampler));
-        let group = self.gpu.group(&self.layout, &resources);
+        let group = bind::group(&self.gpu.device, "G-buffer", &self.layout, resources);
         let colours = [&targets.normal, &targets.depth, &targets.albedo, &targets.geo_normal];
         let clock = watch.and_then(|watch| watch.pass("G-buffer"));
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
@@ -81,7 +77,8 @@ impl GbufferPass {
 }
 
 fn pipeline(gpu: &Gpu, group: &wgpu::BindGroupLayout) -> wgpu::RenderPipeline {
-    let (module, layout) = gpu.module(("G-buffer", include_str!("gbuffer.wgsl")), group);
+    let module = bind::module(&gpu.device, "G-buffer", include_str!("gbuffer.wgsl"));
+    let layout = bind::pipeline_layout(&gpu.device, "G-buffer", &[group]);
     let formats = [targets::NORMAL, targets::DEPTH, targets::ALBEDO, targets::NORMAL];
     gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
         label: Some("G-buffer"),

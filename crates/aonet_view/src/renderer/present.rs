@@ -4,7 +4,7 @@
 use super::Renderer;
 use super::device::{Cover, Gpu};
 use super::pass_clock::PassClock;
-use aonet::gpu::wgpu;
+use aonet::gpu::{bind, wgpu};
 
 /// Draws pictures on targets of one format.
 #[derive(Debug)]
@@ -54,7 +54,7 @@ impl Present {
         let view = picture.create_view(&Default::default());
         let resources =
             [wgpu::BindingResource::TextureView(&view), wgpu::BindingResource::Sampler(&self.smoothly)];
-        let group = self.gpu.group(&self.cover.layout, &resources);
+        let group = bind::group(&self.gpu.device, "present", &self.cover.layout, resources);
         self.cover.encode(encoder, &group, target, clock);
     }
 }

@@ -1,11 +1,12 @@
 //! Lighting, tone mapping, and the slider between two methods: one pass.
 
-use super::device::{Cover, Gpu, TEXTURE, UNIFORM, bytes};
+use super::device::{Cover, Gpu, bytes};
 use super::frame::{FrameParams, Show};
 use super::method::Method;
 use super::occlusion::Occlusion;
 use super::stopwatch::Stopwatch;
 use super::targets::{self, Targets};
+use aonet::gpu::bind::{self, TEXTURE, UNIFORM};
 use aonet::gpu::wgpu;
 use aonet::metrics::ERROR_SCALE;
 
@@ -40,9 +41,9 @@ impl ShadePass {
         let reference = &occlusion.visibility(Method::Reference).view;
         let [normal, depth, albedo] = [&targets.normal, &targets.depth, &targets.albedo].map(|t| &t.view);
         let views = [normal, depth, albedo, first, second, reference].map(wgpu::BindingResource::TextureView);
-        let resources: Vec<_> = [self.shade.as_entire_binding()].into_iter().chain(views).collect();
+        let resources = [self.shade.as_entire_binding()].into_iter().chain(views);
         // Created for every frame, because the methods' textures can change.
-        let group = self.gpu.group(&self.cover.layout, &resources);
+        let group = bind::group(&self.gpu.device, "shade", &self.cover.layout, resources);
         let clock = watch.and_then(|watch| watch.pass("lighting"));
         self.cover.encode(encoder, &group, &targets.picture.view, clock.as_ref());
     }

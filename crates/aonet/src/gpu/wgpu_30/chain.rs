@@ -2,8 +2,9 @@
 
 use crate::error::Result;
 use crate::gpu::program::{Draw, Program};
+use crate::gpu::wgpu_30::bind;
 use crate::gpu::wgpu_30::cover::{cleared, covered_pipeline};
-use crate::gpu::wgpu_30::host::{Host, Ready, bound, group, layout, ty};
+use crate::gpu::wgpu_30::host::{Host, Ready, bound, ty};
 use crate::gpu::wgpu_30::view::View;
 
 /// A program's buffers and passes on a device.
@@ -40,10 +41,10 @@ impl Image {
         output: wgpu::TextureFormat,
     ) -> Self {
         let types: Vec<_> = draw.bindings.iter().map(|binding| ty(*binding)).collect();
-        let own = layout(&host.device, "image", wgpu::ShaderStages::FRAGMENT, &types);
+        let own = bind::layout(&host.device, "image", wgpu::ShaderStages::FRAGMENT, &types);
         let groups = [&host.frame_layout, &own];
         let pipeline = covered_pipeline(&host.device, ("image", source), &groups, output);
-        Self { pipeline, group: group(&host.device, "image", &own, &bound(&draw.bindings, buffers)) }
+        Self { pipeline, group: bind::group(&host.device, "image", &own, bound(&draw.bindings, buffers)) }
     }
 
     fn encode(&self, pass: &mut wgpu::RenderPass<'_>, frame: &wgpu::BindGroup) {

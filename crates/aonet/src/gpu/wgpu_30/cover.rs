@@ -1,6 +1,7 @@
 //! Render passes that cover their target: how shaders write formats of which few can be written otherwise.
 
 use crate::gpu::image::covering;
+use crate::gpu::wgpu_30::bind;
 
 /// A pipeline of one triangle that covers its target of `format`; `main` of the source, of which this adds the vertex stage
 /// `cover`, gives a pixel its value. To be drawn with three vertices.
@@ -20,19 +21,10 @@ pub(crate) fn covered_pipeline(
     groups: &[&wgpu::BindGroupLayout],
     format: wgpu::TextureFormat,
 ) -> wgpu::RenderPipeline {
-    let label = Some(label);
-    let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
-        label,
-        source: wgpu::ShaderSource::Wgsl(source.into()),
-    });
-    let groups: Vec<_> = groups.iter().map(|group| Some(*group)).collect();
-    let layout = device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-        label,
-        bind_group_layouts: &groups,
-        immediate_size: 0,
-    });
+    let module = bind::module(device, label, source);
+    let layout = bind::pipeline_layout(device, label, groups);
     device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
-        label,
+        label: Some(label),
         layout: Some(&layout),
         vertex: wgpu::VertexState {
             module: &module,

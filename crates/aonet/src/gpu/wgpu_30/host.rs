@@ -3,7 +3,7 @@
 use crate::error::{Error, Result};
 use crate::gpu::options::{Kernels, Precision};
 use crate::gpu::program::{Arithmetic, Binding, Buffer, Contents, Pass, Program, Usage};
-use crate::gpu::wgpu_30::view;
+use crate::gpu::wgpu_30::{bind, view};
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -23,7 +23,7 @@ pub(crate) struct Host {
 struct Shader {
     source: Arc<str>,
     sees_frame: bool,
-    layout: Vec<wgpu::BufferBindingType>,
+    bindings: Vec<wgpu::BindingType>,
     trusted: bool,
 }
 
@@ -108,30 +108,11 @@ impl Host {
     }
 
     fn empty(&self, described: &Buffer) -> Result<wgpu::Buffer> {
-        self.check_bytes(described)?;
-        let copy = wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST;
         let usage = match described.usage {
             Usage::Uniform => wgpu::BufferUsages::UNIFORM,
             Usage::Storage => wgpu::BufferUsages::STORAGE,
         };
-        Ok(self.device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some(&described.label),
-            size: described.bytes,
-            usage: usage | copy,
-            mapped_at_creation: false,
-        }))
-    }
-
-    fn check_bytes(&self, Buffer { label, bytes, .. }: &Buffer) -> Result<()> {
-        let limits = self.device.limits();
-        let most = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
-        match *bytes <= most {
-            true => Ok(()),
-            false => {
-                let expected = format!("at most {most} bytes, which is the limit of the device");
-                Err(Error::device(format!("buffer of {label}"), expected, format!("{bytes} bytes")))
-            }
-        }
+        bind::checked_buffer(&self.device, &described.label, described.bytes, usage)
     }
 
     /// The dispatches of a program, with its buffers.
@@ -151,11 +132,12 @@ impl Host {
         let shader = Shader {
             source: Arc::clone(source),
             sees_frame: pass.sees_frame,
-            layout: pass.bindings.iter().map(|binding| ty(*binding)).collect(),
+            bindings: pass.bindings.iter().map(|binding| ty(*binding)).collect(),
             trusted,
         };
         let compiled = self.compile(shader, &pass.label);
-        let group = group(&self.device, &pass.label, &compiled.layout, &bound(&pass.bindings, buffers));
+        let resources = bound(&pass.bindings, buffers);
+        let group = bind::group(&self.device, &pass.label, &compiled.layout, resources);
         let (label, sees_frame, workgroups) = (pass.label.clone(), pass.sees_frame, pass.workgroups);
         Ready { label, compiled, group, sees_frame, workgroups }
     }
@@ -166,13 +148,10 @@ impl Host {
             return Arc::clone(found);
         }
         let module = module(&self.device, label, &shader);
-        let layout = layout(&self.device, label, wgpu::ShaderStages::COMPUTE, &shader.layout);
-        let groups = [Some(&self.frame_layout), Some(&layout)];
-        let pipeline_layout = self.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
-            label: Some(label),
-            bind_group_layouts: if shader.sees_frame { &groups } else { &groups[1..] },
-            immediate_size: 0,
-        });
+        let layout = bind::layout(&self.device, label, wgpu::ShaderStages::COMPUTE, &shader.bindings);
+        let groups = [&self.frame_layout, &layout];
+        let groups = if shader.sees_frame { &groups[..] } else { &groups[1..] };
+        let pipeline_layout = bind::pipeline_layout(&self.device, label, groups);
         let pipeline = self.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
             label: Some(label),
             layout: Some(&pipeline_layout),
@@ -196,13 +175,13 @@ impl Host {
 /// PERFORMANCE.md.
 #[allow(unsafe_code, reason = "checks that hold anyway take more instructions than a convolution")]
 fn module(device: &wgpu::Device, label: &str, shader: &Shader) -> wgpu::ShaderModule {
+    if !shader.trusted {
+        return bind::module(device, label, &shader.source);
+    }
     let descriptor = wgpu::ShaderModuleDescriptor {
         label: Some(label),
         source: wgpu::ShaderSource::Wgsl((*shader.source).into()),
     };
-    if !shader.trusted {
-        return device.create_shader_module(descriptor);
-    }
     let checks = wgpu::ShaderRuntimeChecks {
         // What textures hold may be anything.
         bounds_checks: shader.sees_frame,
@@ -217,49 +196,21 @@ fn module(device: &wgpu::Device, label: &str, shader: &Shader) -> wgpu::ShaderMo
     unsafe { device.create_shader_module_trusted(descriptor, checks) }
 }
 
-/// The layout of a group of buffers, in the order of their bindings.
-pub(crate) fn layout(
-    device: &wgpu::Device,
-    label: &str,
-    stage: wgpu::ShaderStages,
-    types: &[wgpu::BufferBindingType],
-) -> wgpu::BindGroupLayout {
-    let entry = |(binding, ty): (u32, &wgpu::BufferBindingType)| wgpu::BindGroupLayoutEntry {
-        binding,
-        visibility: stage,
-        ty: wgpu::BindingType::Buffer { ty: *ty, has_dynamic_offset: false, min_binding_size: None },
-        count: None,
-    };
-    let entries: Vec<_> = (0..).zip(types).map(entry).collect();
-    device
-        .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor { label: Some(label), entries: &entries })
-}
-
-/// A group of whole buffers.
-pub(crate) fn group(
-    device: &wgpu::Device,
-    label: &str,
-    layout: &wgpu::BindGroupLayout,
-    buffers: &[&wgpu::Buffer],
-) -> wgpu::BindGroup {
-    let resources = buffers.iter().map(|buffer| buffer.as_entire_binding());
-    let entry = |(binding, resource)| wgpu::BindGroupEntry { binding, resource };
-    let entries: Vec<_> = (0..).zip(resources).map(entry).collect();
-    device.create_bind_group(&wgpu::BindGroupDescriptor { label: Some(label), layout, entries: &entries })
-}
-
 /// How a shader sees a buffer.
-pub(crate) fn ty(binding: Binding) -> wgpu::BufferBindingType {
+pub(crate) fn ty(binding: Binding) -> wgpu::BindingType {
     match binding {
-        Binding::Uniform(_) => wgpu::BufferBindingType::Uniform,
-        Binding::Read(_) => wgpu::BufferBindingType::Storage { read_only: true },
-        Binding::Write(_) => wgpu::BufferBindingType::Storage { read_only: false },
+        Binding::Uniform(_) => bind::UNIFORM,
+        Binding::Read(_) => bind::READ,
+        Binding::Write(_) => bind::WRITE,
     }
 }
 
 /// The buffers that are bound.
-pub(crate) fn bound<'a>(bindings: &[Binding], buffers: &'a [wgpu::Buffer]) -> Vec<&'a wgpu::Buffer> {
-    bindings.iter().map(|binding| &buffers[binding.buffer()]).collect()
+pub(crate) fn bound<'a>(
+    bindings: &'a [Binding],
+    buffers: &'a [wgpu::Buffer],
+) -> impl Iterator<Item = wgpu::BindingResource<'a>> {
+    bindings.iter().map(|binding| buffers[binding.buffer()].as_entire_binding())
 }
 
 impl Ready {

@@ -1,5 +1,6 @@
 //! Sessions on wgpu, version 30: the only folder that names it.
 
+pub mod bind;
 pub(crate) mod chain;
 pub(crate) mod cover;
 pub(crate) mod device;

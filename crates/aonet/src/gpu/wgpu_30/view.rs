@@ -6,6 +6,7 @@ use crate::frame::window::{Margin, Window};
 use crate::gpu::options::Frame;
 use crate::gpu::program::Program;
 use crate::gpu::uniforms::FRAME_BYTES;
+use crate::gpu::wgpu_30::bind;
 use crate::gpu::wgpu_30::device::scoped;
 
 /// Views of textures of the session's size; all must be sampled once a pixel.
@@ -32,27 +33,8 @@ pub struct View {
 
 /// The layout of what the shaders see of a frame.
 pub(crate) fn layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
-    let entry = |binding: u32, ty: wgpu::BindingType| wgpu::BindGroupLayoutEntry {
-        binding,
-        visibility: wgpu::ShaderStages::COMPUTE | wgpu::ShaderStages::FRAGMENT,
-        ty,
-        count: None,
-    };
-    // Depth textures, too, can be read as floats that are not filtered.
-    let texture = wgpu::BindingType::Texture {
-        sample_type: wgpu::TextureSampleType::Float { filterable: false },
-        view_dimension: wgpu::TextureViewDimension::D2,
-        multisampled: false,
-    };
-    let uniform = wgpu::BindingType::Buffer {
-        ty: wgpu::BufferBindingType::Uniform,
-        has_dynamic_offset: false,
-        min_binding_size: None,
-    };
-    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-        label: Some("frame"),
-        entries: &[entry(0, uniform), entry(1, texture), entry(2, texture)],
-    })
+    let stages = wgpu::ShaderStages::COMPUTE | wgpu::ShaderStages::FRAGMENT;
+    bind::layout(device, "frame", stages, &[bind::UNIFORM, bind::TEXTURE, bind::TEXTURE])
 }
 
 impl View {
@@ -85,18 +67,10 @@ impl View {
             usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
             mapped_at_creation: false,
         });
-        let entry = |binding: u32, resource| wgpu::BindGroupEntry { binding, resource };
-        let group = scoped(device, "textures of a frame", || {
-            Ok(device.create_bind_group(&wgpu::BindGroupDescriptor {
-                label: Some("frame"),
-                layout,
-                entries: &[
-                    entry(0, frame.as_entire_binding()),
-                    entry(1, wgpu::BindingResource::TextureView(normal)),
-                    entry(2, wgpu::BindingResource::TextureView(depth)),
-                ],
-            }))
-        })?;
+        let textures = [normal, depth].map(wgpu::BindingResource::TextureView);
+        let resources = [frame.as_entire_binding()].into_iter().chain(textures);
+        let group =
+            scoped(device, "textures of a frame", || Ok(bind::group(device, "frame", layout, resources)))?;
         Ok(Self { size, margin, group, frame, visibility: visibility.clone() })
     }
 }

@@ -4,6 +4,10 @@ use crate::gpu::program::{Binding, BufferId, Dispatch, Dispatches};
 use crate::gpu::shader::Shader;
 use crate::gpu::surface::Surface;
 use crate::search::Denoise;
+use crate::search::denoise::{REACH, SPATIAL};
+
+/// Columns and rows of a workgroup.
+const TILE: [usize; 2] = [16, 8];
 
 /// Adds the dispatch that filters the first buffer into the second, both HxW.
 pub(crate) fn push(
@@ -12,12 +16,20 @@ pub(crate) fn push(
     (width, height): (usize, usize),
     list: &mut Dispatches,
 ) {
-    let workgroups = [width.div_ceil(16), height.div_ceil(8), 1];
+    let workgroups = [width.div_ceil(TILE[0]), height.div_ceil(TILE[1]), 1];
     let dispatch = Dispatch { label: "denoise", shader, sees_frame: true, workgroups };
     list.push(&dispatch, &[Binding::Write(filtered), Binding::Read(found)]);
 }
 
 /// Its shader.
 pub(crate) fn shader(surface: Surface, by: Denoise) -> Shader {
-    surface.shader().float("PLANE", by.plane).float("NORMAL", by.normal).part(include_str!("denoise.wgsl"))
+    let [s0, s1, s2] = SPATIAL;
+    surface
+        .shader()
+        .tile(TILE)
+        .number("REACH", REACH)
+        .part(&format!("const SPATIAL: vec3<f32> = vec3({s0:?}f, {s1:?}f, {s2:?}f);"))
+        .float("PLANE", by.plane)
+        .float("NORMAL", by.normal)
+        .part(include_str!("denoise.wgsl"))
 }

@@ -4,11 +4,8 @@
 @group(1) @binding(0) var<storage, read_write> filtered: array<f32>;
 @group(1) @binding(1) var<storage, read> found: array<f32>;
 
-const REACH: u32 = 2u;
-const TILE: vec2<u32> = vec2(16u, 8u);
+const TILE: vec2<u32> = vec2(TILE_WIDTH, TILE_HEIGHT);
 const WINDOW: vec2<u32> = TILE + 2u * REACH;
-/// Weights by distance: a Gaussian with a spread of 1.5 px. guess
-const SPATIAL: vec3<f32> = vec3(1.0, 0.8007, 0.4111);
 
 /// Normals and depth of the tile and what is beside it; the background's depth outside the frame.
 var<workgroup> surfaces: array<vec4<f32>, WINDOW.x * WINDOW.y>;
@@ -24,7 +21,7 @@ fn load(group: vec2<u32>, index: u32) {
     }
 }
 
-@compute @workgroup_size(16, 8)
+@compute @workgroup_size(TILE_WIDTH, TILE_HEIGHT)
 fn main(
     @builtin(workgroup_id) group: vec3<u32>,
     @builtin(local_invocation_id) local: vec3<u32>,

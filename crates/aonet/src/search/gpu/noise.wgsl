@@ -1,8 +1,6 @@
 // Two numbers in [0, 1) for every pixel of a 64x64 tile, spread evenly over any neighbourhood. CPU twin: search/noise.rs.
 // Index of the pixel along a Hilbert curve (Hilbert 1891) into the R2 sequence (Roberts 2018): what XeGTAO uses.
 
-const NOISE_TILE: u32 = 64u;
-
 fn hilbert_index(pixel: vec2<u32>) -> u32 {
     var at = pixel % NOISE_TILE;
     var index = 0u;

@@ -3,6 +3,10 @@
 use crate::gpu::program::{Binding, BufferId, Dispatch, Dispatches};
 use crate::gpu::shader::Shader;
 use crate::gpu::surface::Surface;
+use crate::search::noise;
+
+/// Columns and rows of a workgroup.
+const TILE: [usize; 2] = [8, 8];
 
 /// Parameters that they all have. See [`crate::search`].
 #[derive(Debug, Clone, Copy)]
@@ -17,6 +21,8 @@ pub(crate) fn shader(surface: Surface, by: Reach) -> Shader {
         .shader()
         .float("RADIUS_SCALE", by.radius_scale)
         .float("POWER", by.power)
+        .tile(TILE)
+        .number("NOISE_TILE", noise::TILE)
         .part(include_str!("noise.wgsl"))
         .part(include_str!("pixels.wgsl"))
 }
@@ -33,6 +39,6 @@ pub(crate) fn push(
     (width, height): (usize, usize),
     list: &mut Dispatches,
 ) {
-    let workgroups = [width.div_ceil(8), height.div_ceil(8), 1];
+    let workgroups = [width.div_ceil(TILE[0]), height.div_ceil(TILE[1]), 1];
     list.push(&Dispatch { label, shader, sees_frame: true, workgroups }, bindings);
 }

@@ -49,7 +49,7 @@ fn shown_at(place: vec2<f32>) -> vec3<f32> {
     return position_at(pixel, depth_at(vec2<u32>(pixel)));
 }
 
-@compute @workgroup_size(8, 8)
+@compute @workgroup_size(TILE_WIDTH, TILE_HEIGHT)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if (id.x >= frame.size.x || id.y >= frame.size.y) {
         return;

@@ -1,8 +1,5 @@
 // A plane through a pixel and the camera, in which occluders are looked for. CPU twin: search/slice.rs.
 
-/// Least cosine between normal and view that the tangent plane is followed at. guess
-const MOST_GRAZING: f32 = 0.1;
-
 /// Spanned by the unit vectors to_viewer and one across it, "along".
 // Jimenez et al. 2016, §4, Alg. 1: the light of a pixel as an integral over slices.
 struct Slice {

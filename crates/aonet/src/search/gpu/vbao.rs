@@ -5,6 +5,7 @@ use crate::gpu::surface::Surface;
 use crate::search::VbaoParams;
 use crate::search::gpu::pixels::Reach;
 use crate::search::gpu::slices;
+use crate::search::vbao::SECTORS;
 
 /// The shader of the search.
 pub(crate) fn shader(surface: Surface, params: &VbaoParams) -> Shader {
@@ -12,6 +13,7 @@ pub(crate) fn shader(surface: Surface, params: &VbaoParams) -> Shader {
     slices::shader(surface, (slices, steps), Reach { radius_scale, power })
         .float("DISTRIBUTION", params.distribution)
         .float("THICKNESS", params.thickness)
+        .float("SECTORS", SECTORS)
         .flag("COSINE", params.cosine == 1)
         .part(include_str!("vbao.wgsl"))
 }

@@ -1,8 +1,5 @@
 // Visibility bitmask: the occluded part of a slice as a set of sectors; before its filter. CPU twin: search/vbao.rs.
 
-/// Sectors of a slice: the bits of a word.
-const SECTORS: f32 = 32.0;
-
 /// Light between the viewer and an angle, negative on the negative side.
 fn signed_arc(s: Slice, angle: f32) -> f32 {
     let size = min(abs(angle), PI);

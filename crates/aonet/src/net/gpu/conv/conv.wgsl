@@ -5,15 +5,15 @@
 // go through workgroup memory: one block of cells with their border, and, without subgroups, their filters.
 
 const BORDER: u32 = SIZE / 2u;
-const COLUMNS: u32 = 16u;
-const TILE: vec2<u32> = vec2(COLUMNS, 2u * ROWS);
-const TILE_WIDTH: u32 = COLUMNS + 2u * BORDER;
-const TILE_LEN: u32 = TILE_WIDTH * (2u * ROWS + 2u * BORDER);
+const TILE: vec2<u32> = vec2(TILE_WIDTH, TILE_HEIGHT * ROWS);
+/// Columns of the tile with its border.
+const WIDTH: u32 = TILE.x + 2u * BORDER;
+const TILE_LEN: u32 = WIDTH * (TILE.y + 2u * BORDER);
 /// Blocks of four outputs of a workgroup.
 const OUT_BLOCKS: u32 = 2u * GROUPS;
 /// Filters of a block of inputs: by tap, input of the block, block of outputs of the tile.
 const FILTER_LEN: u32 = SIZE * SIZE * 4u * OUT_BLOCKS;
-const INVOCATIONS: u32 = COLUMNS * 2u * GROUPS;
+const INVOCATIONS: u32 = TILE_WIDTH * TILE_HEIGHT * GROUPS;
 
 var<workgroup> tile: array<real4, TILE_LEN>;
 
@@ -22,7 +22,7 @@ fn load_tile(block: u32, group: vec3<u32>, index: u32) {
     let origin = vec2<i32>(group.xy * TILE) - i32(BORDER);
     let last = vec2<i32>(conv.size) - 1;
     for (var i = index; i < TILE_LEN; i += INVOCATIONS) {
-        let cell = origin + vec2<i32>(vec2(i % TILE_WIDTH, i / TILE_WIDTH));
+        let cell = origin + vec2<i32>(vec2(i % WIDTH, i / WIDTH));
         tile[i] = real4(fetch(block, clamp(cell, vec2(0), last)));
     }
 }
@@ -32,7 +32,7 @@ fn accumulate(first: u32, group: u32, local: vec2<u32>, sums: ptr<function, arra
     for (var dx = 0u; dx < SIZE; dx++) {
         var column: array<real4, ROWS + 2u * BORDER>;
         for (var r = 0u; r < ROWS + 2u * BORDER; r++) {
-            column[r] = tile[(local.y * ROWS + r) * TILE_WIDTH + local.x + dx];
+            column[r] = tile[(local.y * ROWS + r) * WIDTH + local.x + dx];
         }
         for (var dy = 0u; dy < SIZE; dy++) {
             for (var o = 0u; o < 2u; o++) {
@@ -54,7 +54,7 @@ fn accumulate(first: u32, group: u32, local: vec2<u32>, sums: ptr<function, arra
     }
 }
 
-@compute @workgroup_size(16, 2, GROUPS)
+@compute @workgroup_size(TILE_WIDTH, TILE_HEIGHT, GROUPS)
 fn main(
     @builtin(workgroup_id) group: vec3<u32>,
     @builtin(local_invocation_id) local: vec3<u32>,
@@ -82,9 +82,9 @@ fn main(
             }
         }
     }
-    let x = group.x * COLUMNS + local.x;
+    let x = group.x * TILE_WIDTH + local.x;
     for (var i = 0u; i < 2u * ROWS; i++) {
-        let y = (group.y * 2u + local.y) * ROWS + i / 2u;
+        let y = (group.y * TILE_HEIGHT + local.y) * ROWS + i / 2u;
         let block = (group.z * GROUPS + local.z) * 2u + i % 2u;
         if (x < conv.size.x && y < conv.size.y && block < conv.out_blocks) {
             var value = totals[i] + vec4<f32>(sums[i]) + bias[block];

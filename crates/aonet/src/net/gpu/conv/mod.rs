@@ -150,6 +150,7 @@ impl Kind {
     pub(crate) fn shader(&self, arithmetic: Arithmetic, rows: usize) -> Shader {
         let begin = Shader::new(arithmetic.precision)
             .with_kernels(arithmetic.kernels)
+            .tile(TILE)
             .number("ROWS", rows)
             .number("GROUPS", self.tile / OUTPUTS);
         self.around(begin, include_str!("conv.wgsl")).part(match arithmetic.kernels {

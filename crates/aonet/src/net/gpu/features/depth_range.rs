@@ -4,6 +4,9 @@ use crate::gpu::program::{Binding, BufferId, Dispatch, Dispatches};
 use crate::gpu::shader::Shader;
 use crate::gpu::surface::Surface;
 
+/// Columns and rows of a workgroup.
+const TILE: [usize; 2] = [16, 16];
+
 /// Adds the dispatch that finds the range; returns its buffer.
 pub(crate) fn push(surface: Surface, (width, height): (usize, usize), list: &mut Dispatches) -> BufferId {
     let range = list.cleared("depth range", 2 * size_of::<u32>());
@@ -11,7 +14,7 @@ pub(crate) fn push(surface: Surface, (width, height): (usize, usize), list: &mut
         label: "depth range",
         shader: shader(surface),
         sees_frame: true,
-        workgroups: [width.div_ceil(16), height.div_ceil(16), 1],
+        workgroups: [width.div_ceil(TILE[0]), height.div_ceil(TILE[1]), 1],
     };
     list.push(&dispatch, &[Binding::Write(range)]);
     range
@@ -19,5 +22,5 @@ pub(crate) fn push(surface: Surface, (width, height): (usize, usize), list: &mut
 
 /// Its shader.
 pub(crate) fn shader(surface: Surface) -> Shader {
-    surface.shader().part(include_str!("depth_range.wgsl"))
+    surface.shader().tile(TILE).part(include_str!("depth_range.wgsl"))
 }

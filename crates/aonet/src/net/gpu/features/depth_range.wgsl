@@ -6,7 +6,7 @@
 
 var<workgroup> of_workgroup: array<atomic<u32>, 2>;
 
-@compute @workgroup_size(16, 16)
+@compute @workgroup_size(TILE_WIDTH, TILE_HEIGHT)
 fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(local_invocation_index) index: u32) {
     if (index < 2u) {
         atomicStore(&of_workgroup[index], 0u);

@@ -6,22 +6,17 @@
 @group(1) @binding(0) var<uniform> cells: vec2<u32>;
 @group(1) @binding(1) var<storage, read_write> output: array<real4>;
 
-/// Range of the projected radius that the network tells apart, log2 [px]; its mean and scale. See net/features.rs.
-const LOG2_PX_RANGE: vec2<f32> = vec2(-4.0, 16.0);
-const LOG2_PX_MEAN: f32 = 5.0;
-const LOG2_PX_SCALE: f32 = 0.25;
-
 fn projected_radius(s: Surface) -> f32 {
     let log2_depth = select(0.0, log2(s.depth), perspective());
-    let radius = select(LOG2_PX_RANGE.x, frame.log2_radius_px - log2_depth, s.foreground);
-    return (clamp(radius, LOG2_PX_RANGE.x, LOG2_PX_RANGE.y) - LOG2_PX_MEAN) * LOG2_PX_SCALE;
+    let radius = select(LOG2_PX_LOW, frame.log2_radius_px - log2_depth, s.foreground);
+    return (clamp(radius, LOG2_PX_LOW, LOG2_PX_HIGH) - LOG2_PX_MEAN) * LOG2_PX_SCALE;
 }
 
 fn write(block: u32, cell: vec2<u32>, value: vec4<f32>) {
     output[(block * cells.y + cell.y) * cells.x + cell.x] = real4(value);
 }
 
-@compute @workgroup_size(16, 8)
+@compute @workgroup_size(TILE_WIDTH, TILE_HEIGHT)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if (id.x >= cells.x || id.y >= cells.y) {
         return;

@@ -6,6 +6,7 @@ use crate::gpu::program::{Binding, BufferId, Dispatch, Dispatches};
 use crate::gpu::shader::Shader;
 use crate::gpu::surface::Surface;
 use crate::net::config::{Channel, Features};
+use crate::net::features::{LOG2_PX_MEAN, LOG2_PX_RANGE, LOG2_PX_SCALE};
 use crate::net::gpu::memory::blocks;
 use crate::net::gpu::network::Sized;
 use crate::net::plan;
@@ -64,6 +65,11 @@ pub(crate) fn shader(surface: Surface, features: Features, patch: usize) -> Shad
         .shader()
         .number("PATCH", patch)
         .number("FEATURES", features.channels().len())
+        .tile(TILE)
+        .float("LOG2_PX_LOW", LOG2_PX_RANGE.0)
+        .float("LOG2_PX_HIGH", LOG2_PX_RANGE.1)
+        .float("LOG2_PX_MEAN", LOG2_PX_MEAN)
+        .float("LOG2_PX_SCALE", LOG2_PX_SCALE)
         .part(include_str!("features.wgsl"));
     let extras = [
         (Channel::DepthNormalized, "range: array<u32, 2>"),

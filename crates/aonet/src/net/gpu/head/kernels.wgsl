@@ -3,8 +3,6 @@
 /// The partitioned features; the first three are the normal.
 @group(0) @binding(5) var<storage, read> guide: array<real>;
 
-const FIRST_TAP: i32 = -1;
-
 /// Whether neither rows nor columns of a patch share bits of a channel's number.
 const SEPARABLE: bool = (PATCH & (PATCH - 1u)) == 0u;
 

@@ -10,7 +10,7 @@ use crate::net::config::KernelWeights;
 use crate::net::gpu::conv;
 use crate::net::gpu::memory::{BLOCK, blocks};
 use crate::net::gpu::network::Sized;
-use crate::net::graph::{GUIDE_CHANNELS, TAPS, WINDOW};
+use crate::net::graph::{FIRST_TAP, GUIDE_CHANNELS, TAPS, WINDOW};
 use crate::net::plan::{BufferId, Plan};
 use crate::net::weights::Weights;
 use kernel_predict_matrix as matrix;
@@ -118,6 +118,7 @@ pub(crate) fn shader(
     let begin = |groups: usize| {
         Shader::new(arithmetic.precision)
             .with_kernels(arithmetic.kernels)
+            .tile(conv::TILE)
             .number("CELLS", cells)
             .number("GROUPS", groups.min(MAX_GROUPS))
             .number("OUT_BLOCKS", out_blocks(kernel))
@@ -139,6 +140,7 @@ pub(crate) fn with_kernels(begin: Shader, (patch, kernel): (usize, KernelWeights
     begin
         .number("PATCH", patch)
         .flag("SOFTMAX", kernel == KernelWeights::Softmax)
+        .part(&format!("const FIRST_TAP: i32 = {FIRST_TAP};"))
         .part(include_str!("head.wgsl"))
         .part(include_str!("kernels.wgsl"))
 }

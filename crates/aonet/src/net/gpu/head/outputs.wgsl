@@ -48,10 +48,10 @@ fn outputs(which: u32, column: u32, first_row: u32) -> array<vec4<f32>, SUMS> {
     return totals;
 }
 
-@compute @workgroup_size(16, 2, GROUPS)
+@compute @workgroup_size(TILE_WIDTH, TILE_HEIGHT, GROUPS)
 fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(local_invocation_id) local: vec3<u32>) {
-    let column = group.x * 16u + local.x;
-    let first_row = (group.y * 2u + local.y) * CELLS;
+    let column = group.x * TILE_WIDTH + local.x;
+    let first_row = (group.y * TILE_HEIGHT + local.y) * CELLS;
     let mine = together(local.z);
     if (mine.whole) {
         predict(mine.group, column, first_row);
