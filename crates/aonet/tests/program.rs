@@ -36,12 +36,15 @@ fn read(program: &Program) -> Program {
 #[test]
 fn networks_are_described_written_and_read() {
     for precision in [Precision::F32, Precision::F16] {
-        for config in [ModelConfig::paper(), ModelConfig::any_radius(), ModelConfig::deep_ao()] {
+        // Positions do not fit in half floats.
+        for (config, fits) in
+            [(ModelConfig::paper(), true), (ModelConfig::any_radius(), true), (ModelConfig::deep_ao(), false)]
+        {
             let network = network(config, precision);
             let program = read(&network.program((65, 43)).unwrap());
             assert_eq!(program.size(), (65, 43));
             let asks = program.shaders().iter().all(|source| source.starts_with("enable f16"));
-            assert_eq!(asks, precision == Precision::F16);
+            assert_eq!(asks, fits && precision == Precision::F16);
             assert!(network.program((0, 43)).is_err());
         }
     }
@@ -56,7 +59,7 @@ fn networks_are_described_written_and_read() {
 fn classic_methods_are_described_written_and_read() {
     for name in ["ssao", "hbao", "ssdo", "gtao", "vbao", "agtao", "vbao:tuned"] {
         let program = read(&classic(name).program((20, 10)).unwrap());
-        assert_eq!(program.memory_bytes() >= 2 * 4 * 20 * 10, true, "{name}");
+        assert!(program.memory_bytes() >= 2 * 4 * 20 * 10, "{name}");
         assert!(program.pass_labels().contains(&name.split(':').next().unwrap()));
     }
     let nnao = Method::new(&Classic::named("nnao").unwrap(), TextureEncoding::default());
