@@ -36,7 +36,7 @@ fn read(program: &Program) -> Program {
 #[test]
 fn networks_are_described_written_and_read() {
     for precision in [Precision::F32, Precision::F16] {
-        // Positions do not fit in half floats.
+        // Depths in world units do not fit in half floats.
         for (config, fits) in
             [(ModelConfig::paper(), true), (ModelConfig::any_radius(), true), (ModelConfig::deep_ao(), false)]
         {

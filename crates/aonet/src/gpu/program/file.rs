@@ -262,10 +262,10 @@ impl Document {
                 );
             }
             uniforms += usize::from(usage == Usage::Uniform);
-            if let Binding::Write(id) = binding {
-                if buffer.contents.is_some() || !written.insert(*id) {
-                    return wrong(what(), "results, each written once", &buffer.label);
-                }
+            if let Binding::Write(id) = binding
+                && (buffer.contents.is_some() || !written.insert(*id))
+            {
+                return wrong(what(), "results, each written once", &buffer.label);
             }
         }
         if bindings.iter().any(|b| matches!(b, Binding::Read(id) if written.contains(id))) {

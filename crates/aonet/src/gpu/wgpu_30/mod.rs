@@ -1,4 +1,4 @@
-//! Sessions on wgpu, version 30: the only folder that names it.
+//! Programs on wgpu, version 30.
 
 pub mod bind;
 pub(crate) mod chain;
