@@ -18,6 +18,8 @@ pub use options::{
     DepthEncoding, Frame, Kernels, NormalEncoding, NormalSpace, Precision, ProgramOptions, TextureEncoding,
 };
 pub use program::{Describe, Program};
+pub use surface::LENS;
+pub use uniforms::{LENS_WORDS, Lens};
 #[cfg(feature = "gpu")]
 pub use wgpu;
 #[cfg(feature = "gpu")]

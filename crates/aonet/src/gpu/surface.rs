@@ -4,6 +4,10 @@ use super::options::{DepthEncoding, NormalEncoding, Precision, TextureEncoding};
 use super::shader::Shader;
 use crate::frame::BACKGROUND;
 
+/// WGSL of what shaders compute with the numbers of [`Lens`](super::uniforms::Lens): distances of stored depths, and positions of
+/// pixels.
+pub const LENS: &str = include_str!("lens.wgsl");
+
 /// How a shader that sees a frame computes, and what the frame's textures hold.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) struct Surface {
@@ -35,5 +39,6 @@ impl Surface {
             .float("FARTHEST", farthest)
             .float("BACKGROUND", BACKGROUND)
             .part(include_str!("surface.wgsl"))
+            .part(LENS)
     }
 }

@@ -9,14 +9,14 @@ struct Frame {
     depth_line: vec2<f32>,
     /// Height of a pixel [world units]: the first times the depth plus the second. One of them is 0.
     pixel_size: vec2<f32>,
-    /// AO radius [world units].
-    radius: f32,
-    /// log2 of the radius at depth 1 [px].
-    log2_radius_px: f32,
     /// The place that the camera's axis meets [px from the upper left corner].
     centre: vec2<f32>,
     /// Width of a pixel over its height.
     aspect: f32,
+    /// AO radius [world units].
+    radius: f32,
+    /// log2 of the radius at depth 1 [px].
+    log2_radius_px: f32,
     /// Guard band (px): columns on the left and right, rows above and below. The picture is what lies inside.
     margin: vec2<u32>,
 }
@@ -31,24 +31,6 @@ struct Surface {
     /// Along -Z [world units].
     depth: f32,
     foreground: bool,
-}
-
-fn perspective() -> bool {
-    return frame.pixel_size.x > 0.0;
-}
-
-/// Distance along -Z of what a depth texture holds.
-fn decode_depth(stored: f32) -> f32 {
-    if (DEPTH == LINEAR_DEPTH) {
-        // NaN, too, is background.
-        return select(BACKGROUND, min(stored, BACKGROUND), stored > 0.0);
-    }
-    if (stored == FARTHEST) {
-        return BACKGROUND;
-    }
-    // Between the near and the far plane distances are linear; with perspective, their inverses are.
-    let line = frame.depth_line.x * stored + frame.depth_line.y;
-    return select(line, 1.0 / line, perspective());
 }
 
 /// Meyer et al. 2010, On Floating-Point Normal Vectors: the octahedron unfolded.
@@ -82,11 +64,4 @@ fn surface_at(pixel: vec2<u32>) -> Surface {
     let n = frame.view_from_normals * decode_normal(textureLoad(normals, pixel, 0).xyz);
     let unit = n / sqrt(max(dot(n, n), 1e-30));
     return Surface(select(vec3(0.0), unit, foreground), depth, foreground);
-}
-
-/// View-space position of the centre of a pixel at a depth.
-fn position_at(pixel: vec2<f32>, depth: f32) -> vec3<f32> {
-    let from_centre = pixel + 0.5 - frame.centre;
-    let scale = frame.pixel_size.x * depth + frame.pixel_size.y;
-    return vec3(from_centre.x * (scale * frame.aspect), -from_centre.y * scale, -depth);
 }

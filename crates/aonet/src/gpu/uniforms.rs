@@ -26,10 +26,10 @@ pub const FRAME_FIELDS: [FrameField; 9] = [
     field("size", "vec2<u32>", 48),
     field("depth_line", "vec2<f32>", 56),
     field("pixel_size", "vec2<f32>", 64),
-    field("radius", "f32", 72),
-    field("log2_radius_px", "f32", 76),
-    field("centre", "vec2<f32>", 80),
-    field("aspect", "f32", 88),
+    field("centre", "vec2<f32>", 72),
+    field("aspect", "f32", 80),
+    field("radius", "f32", 84),
+    field("log2_radius_px", "f32", 88),
     field("margin", "vec2<u32>", 96),
 ];
 
@@ -70,21 +70,60 @@ pub(crate) fn frame_bytes(
         NormalSpace::View => Mat3A::IDENTITY,
         NormalSpace::World => camera.view_from_world().matrix3,
     };
-    let [focal_x, focal_y] = camera.focal_px();
-    let pixel_size = if camera.is_perspective() { [1.0 / focal_y, 0.0] } else { [0.0, 1.0 / focal_y] };
     let mut bytes = Bytes([0; FRAME_BYTES]);
     for (i, column) in view_from_normals.to_cols_array_2d().iter().enumerate() {
         bytes.put("view_from_normals", 4 * i, &column.map(f32::to_bits));
     }
-    bytes.put("size", 0, &[width as u32, height as u32]);
-    bytes.put_floats("depth_line", &depth_line(textures.depth, frame)?);
-    bytes.put_floats("pixel_size", &pixel_size);
+    // The fields of the lens follow each other.
+    bytes.put("size", 0, &Lens::new(textures.depth, frame)?.words());
     bytes.put_floats("radius", &[radius]);
     bytes.put_floats("log2_radius_px", &[camera.projected_px(radius, 1.0).log2()]);
-    bytes.put_floats("centre", &camera.centre_px());
-    bytes.put_floats("aspect", &[focal_y / focal_x]);
     bytes.put("margin", 0, &[margin.x as u32, margin.y as u32]);
     Ok(bytes.0)
+}
+
+/// How the camera of a frame projects, as shaders read it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Lens {
+    /// Width and height (px).
+    pub size: [u32; 2],
+    /// Slope and offset that make a distance, or with perspective its inverse, of a stored depth.
+    pub depth_line: [f32; 2],
+    /// Height of a pixel (world units): the first times the depth plus the second. One of them is 0.
+    pub pixel_size: [f32; 2],
+    /// The place that the camera's axis meets (px from the upper left corner).
+    pub centre: [f32; 2],
+    /// Width of a pixel over its height.
+    pub aspect: f32,
+}
+
+/// Words of a [`Lens`].
+pub const LENS_WORDS: usize = 9;
+
+impl Lens {
+    /// The numbers of a frame whose depth texture has an encoding.
+    ///
+    /// # Errors
+    /// When the planes are out of range.
+    pub fn new(depth: DepthEncoding, frame: &Frame) -> Result<Self> {
+        let camera = &frame.camera;
+        let [focal_x, focal_y] = camera.focal_px();
+        Ok(Self {
+            size: [camera.width() as u32, camera.height() as u32],
+            depth_line: depth_line(depth, frame)?,
+            pixel_size: if camera.is_perspective() { [1.0 / focal_y, 0.0] } else { [0.0, 1.0 / focal_y] },
+            centre: camera.centre_px(),
+            aspect: focal_y / focal_x,
+        })
+    }
+
+    /// Its fields one after the other: where a shader's struct has them.
+    pub fn words(&self) -> [u32; LENS_WORDS] {
+        let ([a, b], [c, d], [e, f]) = (self.depth_line, self.pixel_size, self.centre);
+        let [x, y] = self.size;
+        let [a, b, c, d, e, f, g] = [a, b, c, d, e, f, self.aspect].map(f32::to_bits);
+        [x, y, a, b, c, d, e, f, g]
+    }
 }
 
 /// Slope and offset that make a distance, or with perspective its inverse, of a stored depth.

@@ -8,7 +8,7 @@ use crate::gbuffer::Surface;
 use crate::reference::Point;
 use crate::{Result, Scene};
 use aonet::Error;
-use aonet::gpu::{DepthEncoding, Frame, bind, scoped, wgpu};
+use aonet::gpu::{DepthEncoding, Frame, LENS, LENS_WORDS, Lens, bind, scoped, wgpu};
 use glam::Vec3A;
 use rayon::prelude::*;
 
@@ -58,13 +58,14 @@ pub(super) struct Start {
 
 /// The shader of the pass.
 pub(super) fn source(depth: DepthEncoding) -> String {
-    let (linear, farthest) = match depth {
-        DepthEncoding::Linear => (true, "0.0"),
-        DepthEncoding::Reversed => (false, "0.0"),
-        DepthEncoding::Standard => (false, "1.0"),
+    let (encoding, farthest) = match depth {
+        DepthEncoding::Linear => (0, "0.0"),
+        DepthEncoding::Reversed => (1, "0.0"),
+        DepthEncoding::Standard => (1, "1.0"),
     };
-    let constants = format!("const LINEAR_DEPTH = {linear};\nconst FARTHEST = {farthest};\n");
-    scene::traverse() + &constants + include_str!("start.wgsl")
+    let constants =
+        format!("const LINEAR_DEPTH = 0;\nconst DEPTH = {encoding};\nconst FARTHEST = {farthest};\n");
+    scene::traverse() + &constants + LENS + include_str!("start.wgsl")
 }
 
 impl Start {
@@ -186,39 +187,12 @@ fn put(bytes: &mut [u8], vector: Vec3A) {
 ///
 /// # Errors
 /// When the camera or a plane is out of range.
-fn frame_words(encoding: DepthEncoding, frame: &Frame) -> aonet::Result<[u32; 26]> {
-    let camera = frame.camera;
-    let [focal_x, focal_y] = camera.focal_px();
-    let pixel_size = if camera.is_perspective() { [1.0 / focal_y, 0.0] } else { [0.0, 1.0 / focal_y] };
-    let mut words = [0; 26];
-    let mut put = |at: usize, values: &[f32]| {
-        words[at..at + values.len()].iter_mut().zip(values).for_each(|(word, v)| *word = v.to_bits());
-    };
-    let world_from_view = camera.view_from_world().inverse();
-    for (i, column) in world_from_view.to_cols_array_2d().iter().enumerate() {
-        put(4 * i, column);
+fn frame_words(encoding: DepthEncoding, frame: &Frame) -> aonet::Result<[u32; 16 + LENS_WORDS]> {
+    let mut words = [0; 16 + LENS_WORDS];
+    let world_from_view = frame.camera.view_from_world().inverse();
+    for (column, to) in world_from_view.to_cols_array_2d().iter().zip(words.chunks_exact_mut(4)) {
+        to.iter_mut().zip(column).for_each(|(word, v)| *word = v.to_bits());
     }
-    put(18, &depth_line(encoding, frame)?);
-    put(20, &pixel_size);
-    put(22, &camera.centre_px());
-    put(24, &[focal_y / focal_x]);
-    (words[16], words[17]) = (camera.width() as u32, camera.height() as u32);
+    words[16..].copy_from_slice(&Lens::new(encoding, frame)?.words());
     Ok(words)
-}
-
-/// Slope and offset that convert a stored depth to a distance, or with perspective to its inverse.
-fn depth_line(encoding: DepthEncoding, frame: &Frame) -> aonet::Result<[f32; 2]> {
-    let perspective = frame.camera.is_perspective();
-    let (near, far) = (f64::from(frame.camera.near()), f64::from(frame.far));
-    let at = |v: f64| if perspective { 1.0 / v } else { v };
-    let (at_0, at_1) = match encoding {
-        DepthEncoding::Linear => return Ok([1.0, 0.0]),
-        DepthEncoding::Reversed => (at(far), at(near)),
-        DepthEncoding::Standard => (at(near), at(far)),
-    };
-    if far > near && at_0.is_finite() && at_1.is_finite() {
-        return Ok([(at_1 - at_0) as f32, at_0 as f32]);
-    }
-    let expected = if perspective { "0 < near < far" } else { "0 <= near < far, both finite" };
-    Err(Error::value("planes of a frame", expected, format!("near {near}, far {far}")))
 }

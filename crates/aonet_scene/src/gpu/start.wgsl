@@ -23,28 +23,12 @@ struct Frame {
 @group(1) @binding(1) var geo_normal_texture: texture_2d<f32>;
 @group(1) @binding(2) var depth_texture: texture_2d<f32>;
 
-/// Depth of the background.
-const BACKGROUND: f32 = 1e16;
 /// How far a rasteriser may move a surface sideways [px]: Vulkan lets vertices snap to 1/16 of a pixel, so by half of it in x and
 /// in y; and half as much again. Hardware snaps to 1/256, SwiftShader to 1/16, and WebGPU does not report it.
 const SNAP: f32 = 1.0 / 16.0;
 const EPSILON: f32 = 1.1920929e-7;
 /// Relative error of a position: that of the depth and a dozen roundings of half a unit in the last place.
 const POSITION_ERROR: f32 = 8.0 * EPSILON;
-
-/// Distance along -Z of a stored depth.
-fn decode_depth(stored: f32) -> f32 {
-    if (LINEAR_DEPTH) {
-        // NaN is background as well.
-        return select(BACKGROUND, min(stored, BACKGROUND), stored > 0.0);
-    }
-    if (stored == FARTHEST) {
-        return BACKGROUND;
-    }
-    // Between the near and the far plane distances are linear; with perspective, their inverses are.
-    let line = frame.depth_line.x * stored + frame.depth_line.y;
-    return select(line, 1.0 / line, frame.pixel_size.x > 0.0);
-}
 
 /// World space, unit length; zero where `normal_view` is.
 fn to_world(normal_view: vec3<f32>) -> vec3<f32> {
@@ -90,8 +74,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let pixel_size = frame.pixel_size.x * depth + frame.pixel_size.y;
-    let from_centre = (vec2<f32>(id.xy) + 0.5 - frame.centre) * vec2(pixel_size * frame.aspect, -pixel_size);
-    let position_view = vec3(from_centre, -depth);
+    let position_view = position_at(vec2<f32>(id.xy), depth);
     let position = frame.world_from_view * vec4(position_view, 1.0);
     let geo_normal_view = textureLoad(geo_normal_texture, id.xy, 0).xyz;
     // Seen from behind, both normals are flipped.
