@@ -42,7 +42,9 @@ fn allocations(work: impl FnOnce()) -> usize {
 fn main() {
     assert!(allocations(|| drop(std::hint::black_box(vec![1u8; 10]))) > 0, "the counter counts");
     for kernel in [KernelWeights::Off, KernelWeights::Linear, KernelWeights::Softmax] {
-        for (patch, features) in [(1, Features::NormalDepthNormalized), (4, Features::NormalRadiusHorizon)] {
+        for (patch, features) in
+            [(1, Features::normal_depth_normalized()), (4, Features::normal_radius_horizon())]
+        {
             let model = model(small(features, patch, kernel), 3);
             let gbuffer = frame((50, 30), 4);
             let mut image = AoImage::open(Size::px(50, 30));

@@ -4,10 +4,10 @@ mod common;
 
 use aonet::net::cpu::{Options, Precision, Session};
 use aonet::net::model::Ranges;
-use aonet::net::{Features, KernelWeights, Model, ModelConfig, Skips, naive};
+use aonet::net::{Features, KernelWeights, Model, ModelConfig, Output, Skips, naive};
 use aonet::simd::Level;
 use aonet::{AoImage, GBuffer, Size};
-use common::{assert_close, camera, frame, model, params, small, spread};
+use common::{assert_close, camera, frame, model, oracle, params, seeing, small, spread};
 
 /// Largest difference between a session and the oracle. Measured over all tests here: 5e-7, from the order of
 /// summation; outputs lie in [0, 1].
@@ -33,13 +33,12 @@ fn check(config: ModelConfig, size: (usize, usize)) {
     let what = format!("{config:?} at {size:?}");
     let model = model(config, 1);
     let gbuffer = frame(size, 2);
-    let expected = naive::run(&model, &gbuffer, params()).unwrap();
+    let expected = oracle(&model, &gbuffer, params());
     if size.0 * size.1 >= 64 {
         assert!(spread(&expected, &gbuffer) > 0.05, "nothing to see: {what}");
     }
     for level in Level::available() {
-        let searches_alike =
-            model.config().features != Features::NormalRadiusHorizon || level == Level::best();
+        let searches_alike = model.config().search.is_none() || level == Level::best();
         let tolerance = if searches_alike { TOLERANCE } else { SEARCH_TOLERANCE };
         assert_close(
             &run(&model, &gbuffer, (2, level)),
@@ -52,15 +51,15 @@ fn check(config: ModelConfig, size: (usize, usize)) {
 #[test]
 fn every_row_of_tables_3_and_4() {
     let all = [
-        Features::Normal,
-        Features::NormalDepth,
-        Features::NormalDepthNormalized,
-        Features::NormalProjectedRadius,
-        Features::NormalRadiusHorizon,
-        Features::NormalEncoded,
+        Features::normal(),
+        Features::normal_depth(),
+        Features::normal_depth_normalized(),
+        Features::normal_projected_radius(),
+        Features::normal_radius_horizon(),
+        Features::normal_encoded(),
     ];
     for features in all {
-        check(ModelConfig { features, ..ModelConfig::paper() }, (70, 33));
+        check(seeing(features), (70, 33));
     }
     for patch in [1, 4] {
         for kernel in KERNELS {
@@ -76,6 +75,15 @@ fn corrections() {
         check(ModelConfig { patch, ..ModelConfig::any_radius() }, (70, 33));
     }
     check(ModelConfig { encoder: vec![16, 32], decoder: vec![16], ..ModelConfig::any_radius() }, (1, 1));
+    let small = ModelConfig { encoder: vec![16, 32], decoder: vec![16], ..ModelConfig::any_radius() };
+    for patch in [1, 4] {
+        for kernel in [KernelWeights::Linear, KernelWeights::Softmax] {
+            check(ModelConfig { patch, kernel, ..small.clone() }, (45, 20));
+        }
+    }
+    // A search that the network corrects and does not see, and one that it sees and does not correct.
+    check(ModelConfig { features: Features::normal(), ..small.clone() }, (45, 20));
+    check(ModelConfig { output: Output::Visibility, ..small }, (45, 20));
 }
 
 #[test]
@@ -88,7 +96,7 @@ fn baselines() {
 fn every_patch_and_kernel() {
     for patch in [1, 2, 4, 8] {
         for kernel in KERNELS {
-            check(small(Features::NormalProjectedRadius, patch, kernel), (75, 21));
+            check(small(Features::normal_projected_radius(), patch, kernel), (75, 21));
         }
     }
 }
@@ -108,17 +116,17 @@ fn any_depth_and_any_width() {
 #[test]
 fn any_size() {
     for size in [(1, 1), (2, 1), (1, 2), (3, 5), (8, 8), (31, 33), (33, 31), (129, 7), (5, 200), (4001, 17)] {
-        check(small(Features::NormalProjectedRadius, 4, KernelWeights::Linear), size);
+        check(small(Features::normal_projected_radius(), 4, KernelWeights::Linear), size);
     }
     for size in [(1, 1), (65, 3)] {
-        check(small(Features::Normal, 1, KernelWeights::Linear), size);
-        check(small(Features::Normal, 8, KernelWeights::Off), size);
+        check(small(Features::normal(), 1, KernelWeights::Linear), size);
+        check(small(Features::normal(), 8, KernelWeights::Off), size);
     }
 }
 
 #[test]
 fn an_observer_sees_every_step_in_order_and_changes_nothing() {
-    let model = model(small(Features::NormalProjectedRadius, 4, KernelWeights::Linear), 1);
+    let model = model(small(Features::normal_projected_radius(), 4, KernelWeights::Linear), 1);
     let gbuffer = frame((50, 30), 2);
     let mut session = Session::new(&model, 50, 30, 2).unwrap();
     let mut image = AoImage::open(Size::px(50, 30));
@@ -159,7 +167,7 @@ fn shipped_networks_say_the_same_in_every_precision() {
 
 #[test]
 fn calibration_measures_what_convolutions_read() {
-    let model = model(small(Features::Normal, 4, KernelWeights::Linear), 1);
+    let model = model(small(Features::normal(), 4, KernelWeights::Linear), 1);
     let (first, second) = (frame((90, 50), 1), frame((90, 50), 2));
     let mut image = AoImage::open(Size::px(90, 50));
     let mut measure = |frames: &[&GBuffer], level| {
@@ -187,7 +195,7 @@ fn calibration_measures_what_convolutions_read() {
         }
     }
     let partitioned = [&first, &second]
-        .map(|gbuffer| naive::patch_partition(&naive::padded_features(&model, gbuffer, params()), 4));
+        .map(|gbuffer| naive::patch_partition(&naive::inputs(&model, gbuffer, params()).features, 4));
     for (c, [least, most]) in both["features"].iter().enumerate() {
         let of_channel = partitioned.iter().flat_map(|p| p.values.chunks_exact(p.height * p.width).nth(c));
         let values: Vec<f32> = of_channel.flatten().copied().collect();
@@ -197,7 +205,7 @@ fn calibration_measures_what_convolutions_read() {
     }
 
     let calibrated = model.clone().with_ranges(both).unwrap();
-    let bytes = calibrated.to_bytes(aonet::net::model::Precision::F32).unwrap();
+    let bytes = calibrated.to_bytes(aonet::net::model::WeightFormat::F32).unwrap();
     assert_eq!(Model::from_bytes(&bytes).unwrap(), calibrated);
     assert!(model.clone().with_ranges(Ranges::from([("x".into(), vec![[1.0, 0.0]])])).is_err());
     assert!(model.clone().with_ranges(Ranges::from([("x".into(), vec![[f32::NAN, 0.0]])])).is_err());
@@ -205,7 +213,7 @@ fn calibration_measures_what_convolutions_read() {
 
 #[test]
 fn a_precision_without_instructions_or_ranges_is_an_error() {
-    let model = model(small(Features::Normal, 4, KernelWeights::Linear), 1);
+    let model = model(small(Features::normal(), 4, KernelWeights::Linear), 1);
     let error = |level, precision| {
         let options = Options { threads: 1, level, precision };
         Session::with_options(&model, Size::px(20, 10), options).unwrap_err().to_string()
@@ -238,7 +246,7 @@ fn the_number_of_threads_does_not_matter() {
 fn a_shifted_frame_gives_a_shifted_image() {
     // Winograd's squares of 4x4 cells, at stride 8, move as a whole: others round in other places.
     let (small_size, (dx, dy)) = ((360, 280), (32, 64));
-    let model = model(small(Features::Normal, 4, KernelWeights::Linear), 7);
+    let model = model(small(Features::normal(), 4, KernelWeights::Linear), 7);
     let large = frame((small_size.0 + dx, small_size.1 + dy), 8);
     let crop = |x0: usize, y0: usize| {
         let index = |i: usize| (i / small_size.0 + y0) * large.width() + i % small_size.0 + x0;
@@ -276,7 +284,7 @@ fn a_session_keeps_nothing_of_the_last_frame() {
 
 #[test]
 fn background_is_open_and_the_rest_is_clamped() {
-    let config = small(Features::Normal, 4, KernelWeights::Off);
+    let config = small(Features::normal(), 4, KernelWeights::Off);
     let mut tensors = model(config.clone(), 12).weights().tensors().clone();
     tensors.get_mut("head.weight").unwrap().values.iter_mut().for_each(|v| *v *= 1e4);
     let graph = aonet::net::Graph::new(&config).unwrap();
@@ -295,7 +303,7 @@ fn background_is_open_and_the_rest_is_clamped() {
 
 #[test]
 fn wrong_sizes_and_no_threads_are_errors() {
-    let model = model(small(Features::Normal, 4, KernelWeights::Linear), 14);
+    let model = model(small(Features::normal(), 4, KernelWeights::Linear), 14);
     let mut session = Session::new(&model, 20, 10, 1).unwrap();
     let (good, bad) = (frame((20, 10), 1), frame((10, 20), 1));
     let mut image = AoImage::open(Size::px(20, 10));

@@ -21,7 +21,7 @@ const TOLERANCE: f32 = 1e-4;
 const SIZE: (usize, usize) = (37, 22);
 
 fn network() -> Model {
-    model(small(Features::NormalProjectedRadius, 4, KernelWeights::Linear), 1)
+    model(small(Features::normal_projected_radius(), 4, KernelWeights::Linear), 1)
 }
 
 /// A camera somewhere, looking somewhere.

@@ -6,9 +6,9 @@ mod device;
 
 use aonet::gpu::{Device, Kernels, Offscreen, Options, Precision, Textures, wgpu};
 use aonet::net::gpu::Session;
-use aonet::net::{Features, KernelWeights, Model, ModelConfig, Skips, cpu, naive, shipped};
+use aonet::net::{Features, KernelWeights, Model, ModelConfig, Skips, cpu, shipped};
 use aonet::{AoImage, AoParams, GBuffer, Size};
-use common::{assert_close, frame, max_error, mean_error, model, params, small, spread, waves};
+use common::{assert_close, frame, max_error, mean_error, model, oracle, params, small, spread, waves};
 use device::{Inputs, OPTIONS, device, inputs, read, target};
 
 /// Largest difference between a session in 32-bit floats and the oracle; outputs lie in [0, 1]. Measured: 6e-7, from the
@@ -34,7 +34,7 @@ fn check(device: &Device, config: ModelConfig, size: (usize, usize)) {
     let what = format!("{config:?} at {size:?}");
     let model = model(config, 1);
     let gbuffer = frame(size, 2);
-    let expected = naive::run(&model, &gbuffer, params()).unwrap();
+    let expected = oracle(&model, &gbuffer, params());
     if size.0 * size.1 >= 64 {
         assert!(spread(&expected, &gbuffer) > 0.05, "nothing to see: {what}");
     }
@@ -46,17 +46,17 @@ fn check(device: &Device, config: ModelConfig, size: (usize, usize)) {
 fn every_row_of_tables_3_and_4() {
     let Some(device) = device() else { return };
     for features in [
-        Features::Normal,
-        Features::NormalEncoded,
-        Features::NormalDepth,
-        Features::NormalDepthNormalized,
-        Features::NormalProjectedRadius,
+        Features::normal(),
+        Features::normal_encoded(),
+        Features::normal_depth(),
+        Features::normal_depth_normalized(),
+        Features::normal_projected_radius(),
     ] {
         check(&device, ModelConfig { features, ..ModelConfig::paper() }, (70, 50));
     }
     for kernel in [KernelWeights::Off, KernelWeights::Linear, KernelWeights::Softmax] {
         for patch in [1, 2, 4, 8] {
-            check(&device, small(Features::NormalProjectedRadius, patch, kernel), (75, 21));
+            check(&device, small(Features::normal_projected_radius(), patch, kernel), (75, 21));
         }
     }
     check(&device, ModelConfig { skips: Skips::None, ..ModelConfig::paper() }, (33, 17));
@@ -73,9 +73,9 @@ fn baselines() {
 fn any_size() {
     let Some(device) = device() else { return };
     for size in [(1, 1), (2, 1), (3, 5), (33, 17), (31, 33), (129, 7), (5, 200)] {
-        check(&device, small(Features::NormalProjectedRadius, 4, KernelWeights::Linear), size);
+        check(&device, small(Features::normal_projected_radius(), 4, KernelWeights::Linear), size);
     }
-    check(&device, small(Features::Normal, 1, KernelWeights::Linear), (65, 3));
+    check(&device, small(Features::normal(), 1, KernelWeights::Linear), (65, 3));
 }
 
 #[test]
@@ -101,8 +101,8 @@ fn cameras_and_margins() {
     let camera = common::off_centre(Size::px(120, 83));
     let margin = aonet::Margin { x: 16, y: 9 };
     let guarded = common::waves_seen_by(camera).with_margin(margin).unwrap();
-    for features in [Features::NormalProjectedRadius, Features::NormalPosition] {
-        let model = model(small(features, 4, KernelWeights::Linear), 5);
+    for features in [Features::normal_projected_radius(), Features::normal_position()] {
+        let model = model(small(features.clone(), 4, KernelWeights::Linear), 5);
         let expected = on_cpu(&model, &guarded);
         let found = run((&device, Precision::F32), &model, &guarded);
         assert_close(&found, &expected, (TOLERANCE, &format!("{features:?}")));
@@ -164,9 +164,9 @@ fn encode(device: &Device, session: &Session, gbuffer: &GBuffer, format: wgpu::T
 #[test]
 fn outputs_of_8_and_16_bits_round_the_image() {
     let Some(device) = device() else { return };
-    let model = model(small(Features::Normal, 4, KernelWeights::Linear), 1);
+    let model = model(small(Features::normal(), 4, KernelWeights::Linear), 1);
     let gbuffer = frame((50, 30), 5);
-    let expected = naive::run(&model, &gbuffer, params()).unwrap();
+    let expected = oracle(&model, &gbuffer, params());
     // Half floats may be cut off instead of rounded: a whole step.
     for (output, off) in
         [(wgpu::TextureFormat::R8Unorm, 0.5 / 255.0), (wgpu::TextureFormat::R16Float, 4.9e-4)]
@@ -180,7 +180,7 @@ fn outputs_of_8_and_16_bits_round_the_image() {
 #[test]
 fn a_resized_session_its_sibling_and_a_new_one_agree() {
     let Some(device) = device() else { return };
-    let model = model(small(Features::NormalDepthNormalized, 4, KernelWeights::Linear), 1);
+    let model = model(small(Features::normal_depth_normalized(), 4, KernelWeights::Linear), 1);
     let gbuffer = frame((70, 40), 6);
     let mut resized = session(&device, &model, (20, 90), OPTIONS);
     let sibling = resized.sibling((70, 40)).unwrap();
@@ -196,7 +196,7 @@ fn a_resized_session_its_sibling_and_a_new_one_agree() {
 #[test]
 fn views_of_one_submission_keep_their_cameras() {
     let Some(device) = device() else { return };
-    let model = model(small(Features::NormalProjectedRadius, 4, KernelWeights::Linear), 1);
+    let model = model(small(Features::normal_projected_radius(), 4, KernelWeights::Linear), 1);
     let size = (40, 30);
     let gbuffers = [frame(size, 7), frame(size, 8)];
     let session = session(&device, &model, size, OPTIONS);
@@ -213,7 +213,7 @@ fn views_of_one_submission_keep_their_cameras() {
     let first = read(&device, encoder, &targets[0].0);
     let second = read(&device, device.device.create_command_encoder(&Default::default()), &targets[1].0);
     for (found, i) in [(first, 0), (second, 1)] {
-        let expected = naive::run(&model, &gbuffers[i], targets[i].1).unwrap();
+        let expected = oracle(&model, &gbuffers[i], targets[i].1);
         assert_close(&found, &expected, (TOLERANCE, &format!("view {i}")));
     }
 }
@@ -221,13 +221,13 @@ fn views_of_one_submission_keep_their_cameras() {
 #[test]
 fn a_changed_weight_is_noticed() {
     let Some(device) = device() else { return };
-    let config = small(Features::Normal, 4, KernelWeights::Linear);
+    let config = small(Features::normal(), 4, KernelWeights::Linear);
     let (model, gbuffer) = (model(config.clone(), 1), frame((60, 40), 9));
     let mut tensors = model.weights().tensors().clone();
     tensors.get_mut("enc1.conv1.weight").unwrap().values[40] += 0.1;
     let weights = aonet::net::Weights::new(model.graph(), tensors).unwrap();
     let changed = Model::new(config, weights, Default::default()).unwrap();
-    let expected = naive::run(&model, &gbuffer, params()).unwrap();
+    let expected = oracle(&model, &gbuffer, params());
     let found = run((&device, Precision::F32), &changed, &gbuffer);
     assert!(max_error(&found, &expected) > 10.0 * TOLERANCE);
 }
@@ -235,7 +235,7 @@ fn a_changed_weight_is_noticed() {
 #[test]
 fn a_lost_device_is_an_error() {
     let Some(device) = device() else { return };
-    let model = model(small(Features::Normal, 4, KernelWeights::Linear), 1);
+    let model = model(small(Features::normal(), 4, KernelWeights::Linear), 1);
     let gbuffer = frame((20, 10), 1);
     let mut session = Offscreen::new(&device, &model, Size::px(20, 10), Precision::F32).unwrap();
     let mut image = AoImage::open(Size::px(20, 10));
@@ -249,7 +249,7 @@ fn a_lost_device_is_an_error() {
 #[test]
 fn wrong_sizes_formats_and_frames_are_errors() {
     let Some(device) = device() else { return };
-    let model = model(small(Features::Normal, 4, KernelWeights::Linear), 1);
+    let model = model(small(Features::normal(), 4, KernelWeights::Linear), 1);
     let new = |size| Session::new((&device.device, &device.queue), &model, size, OPTIONS);
     let error = |e: aonet::Error| e.to_string();
     assert!(error(new((0, 5)).unwrap_err()).contains("0x5"));

@@ -2,7 +2,8 @@
 
 use aonet::net::graph::TAPS;
 use aonet::net::plan::{Buffer, Layout, Plan, Resample, Step};
-use aonet::net::{Features, Graph, KernelWeights, ModelConfig};
+use aonet::net::{Features, Graph, KernelWeights, ModelConfig, Output, SearchConfig};
+use aonet::search::AgtaoParams;
 use proptest::prelude::*;
 
 fn plan(config: &ModelConfig, width: usize, height: usize) -> Plan {
@@ -12,9 +13,11 @@ fn plan(config: &ModelConfig, width: usize, height: usize) -> Plan {
 /// What a step reads.
 fn reads(step: &Step) -> Vec<usize> {
     match step {
-        Step::Features { .. } => vec![],
+        Step::Search { .. } => vec![],
+        Step::Filter { input, .. } => vec![*input],
+        Step::Features { search, .. } => search.iter().copied().collect(),
         Step::Conv { sources, .. } => sources.iter().map(|s| s.buffer).collect(),
-        Step::Head { input, guide, .. } => vec![*input, *guide],
+        Step::Head { input, guide, base, .. } => [*input, *guide].into_iter().chain(*base).collect(),
         Step::Image { input } => vec![*input],
     }
 }
@@ -22,7 +25,10 @@ fn reads(step: &Step) -> Vec<usize> {
 /// What a step writes into the arena.
 fn writes(step: &Step) -> Option<usize> {
     match step {
-        Step::Features { output, .. } | Step::Conv { output, .. } => Some(*output),
+        Step::Search { output, .. }
+        | Step::Filter { output, .. }
+        | Step::Features { output, .. }
+        | Step::Conv { output, .. } => Some(*output),
         Step::Head { .. } | Step::Image { .. } => None,
     }
 }
@@ -45,15 +51,37 @@ fn first_overwritten_read(plan: &Plan) -> Option<(usize, usize)> {
 fn any_config() -> impl Strategy<Value = ModelConfig> {
     let kernel =
         prop_oneof![Just(KernelWeights::Off), Just(KernelWeights::Linear), Just(KernelWeights::Softmax)];
-    let features = prop_oneof![Just(Features::Normal), Just(Features::NormalDepth)];
+    let features = prop_oneof![
+        Just(Features::normal()),
+        Just(Features::normal_depth()),
+        Just(Features::normal_radius_horizon())
+    ];
+    // Passes of the filter, where there is a search, and whether it is corrected.
+    let search = (0u32..=4, any::<bool>());
     let patch = prop_oneof![Just(1), Just(2), Just(4), Just(8)];
-    (1usize..=4, patch, kernel, features).prop_flat_map(|(levels, patch, kernel, features)| {
-        let widths = prop::collection::vec(1usize..=40, 2 * levels - 1);
-        widths.prop_map(move |mut encoder| {
-            let decoder = encoder.split_off(levels);
-            ModelConfig { patch, kernel, features, encoder, decoder, ..ModelConfig::paper() }
-        })
-    })
+    (1usize..=4, patch, kernel, features, search).prop_flat_map(
+        |(levels, patch, kernel, features, search)| {
+            let widths = prop::collection::vec(1usize..=40, 2 * levels - 1);
+            widths.prop_map(move |mut encoder| {
+                let decoder = encoder.split_off(levels);
+                let (denoise_passes, corrects) = search;
+                let output = if corrects { Output::Correction } else { Output::Visibility };
+                let agtao = AgtaoParams { denoise_passes, ..AgtaoParams::default() };
+                let search = (corrects || features.horizon().is_some()).then_some(SearchConfig::Agtao(agtao));
+                let features = features.clone();
+                ModelConfig {
+                    patch,
+                    kernel,
+                    features,
+                    output,
+                    search,
+                    encoder,
+                    decoder,
+                    ..ModelConfig::paper()
+                }
+            })
+        },
+    )
 }
 
 proptest! {
@@ -89,7 +117,11 @@ fn the_papers_network_is_features_fourteen_convolutions_and_a_head() {
         .iter()
         .filter_map(|step| match step {
             Step::Conv { sources, .. } => Some(sources.iter().map(|s| s.resample).collect::<Vec<_>>()),
-            Step::Features { .. } | Step::Head { .. } | Step::Image { .. } => None,
+            Step::Search { .. }
+            | Step::Filter { .. }
+            | Step::Features { .. }
+            | Step::Head { .. }
+            | Step::Image { .. } => None,
         })
         .collect();
     let (none, pool, up) = (Resample::None, Resample::AvgPool(2), Resample::Upsample2);
@@ -107,6 +139,20 @@ fn the_papers_network_is_features_fourteen_convolutions_and_a_head() {
 }
 
 #[test]
+fn a_search_is_steps_of_its_own() {
+    let plan = plan(&ModelConfig::any_radius(), 1280, 720);
+    let search = SearchConfig::tuned();
+    let Step::Filter { input, output: found, .. } = plan.steps[1] else { panic!("{:?}", plan.steps[1]) };
+    assert_eq!(plan.steps[0], Step::Search { search, output: input });
+    assert!(matches!(plan.steps[2], Step::Features { search: Some(shown), patch: 4, .. } if shown == found));
+    let last = plan.steps.len() - 1;
+    let Step::Head { base, kernel: KernelWeights::Off, .. } = plan.steps[last] else { panic!("no head") };
+    assert_eq!((base, plan.buffers[found].live), (Some(found), (1, last)));
+    // The frame's size, not the padded one.
+    assert_eq!((plan.padded, plan.buffers[found].len()), ((1280, 768), 1280 * 720));
+}
+
+#[test]
 fn the_arena_has_no_room_for_kernels() {
     let paper = plan(&ModelConfig::paper(), 1280, 720);
     let kernels = TAPS * paper.padded.0 * paper.padded.1;
@@ -121,7 +167,8 @@ fn buffers_have_whole_blocks_and_a_halo() {
     let buffer =
         Buffer { offset: 5, layout: Layout::Blocked, channels: 17, height: 3, width: 4, live: (0, 0) };
     assert_eq!((buffer.row_len(), buffer.len(), buffer.range()), (32 * 6, 3 * 32 * 6, 5..5 + 3 * 32 * 6));
-    assert_eq!(Buffer { layout: Layout::Planar, ..buffer }.row_len(), 17 * 6);
+    assert_eq!(Buffer { layout: Layout::Planar, ..buffer.clone() }.row_len(), 17 * 6);
+    assert_eq!(Buffer { layout: Layout::Image, ..buffer }.row_len(), 4);
 }
 
 #[test]

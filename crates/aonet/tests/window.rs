@@ -3,7 +3,7 @@
 mod common;
 
 use aonet::net::cpu::{Options, Session};
-use aonet::net::{Features, KernelWeights, naive};
+use aonet::net::{Features, KernelWeights};
 use aonet::search::Classic;
 use aonet::{AoImage, AoParams, Camera, GBuffer, Margin, Size};
 use common::{max_error, model, params, small, waves_seen_by};
@@ -104,7 +104,7 @@ fn a_margin_is_cropped() {
         let found = method.run(&guarded, params()).unwrap();
         assert_eq!(found, cropped(&method.run(&frame, params()).unwrap()), "{}", method.name());
     }
-    for features in [Features::NormalProjectedRadius, Features::NormalRadiusHorizon] {
+    for features in [Features::normal_projected_radius(), Features::normal_radius_horizon()] {
         let model = model(small(features, 4, KernelWeights::Linear), 3);
         let options = Options { threads: 2, ..Options::default() };
         let run = |frame: &GBuffer| {
@@ -115,7 +115,7 @@ fn a_margin_is_cropped() {
         };
         let found = run(&guarded);
         assert_eq!(found, cropped(&run(&frame)));
-        let oracle = naive::run(&model, &guarded, params()).unwrap();
+        let oracle = common::oracle(&model, &guarded, params());
         assert!(max_error(&found, &oracle) < 1e-3);
         let mut session = Session::with_options(&model, SIZE, options).unwrap();
         let error = session.run(&guarded, params(), &mut AoImage::open(window.size())).unwrap_err();

@@ -7,8 +7,9 @@
 
 use crate::dataset::{FrameEntry, Manifest, Split};
 use crate::eval;
-use aonet::net::naive::{self, Planes};
-use aonet::net::{Features, Model};
+use crate::network_inputs::network_inputs;
+use aonet::net::naive::{self, Inputs, Planes};
+use aonet::net::{Features, Model, SearchConfig};
 use aonet::{AoParams, GBuffer};
 use aonet_scene::error::{Error, Result};
 use aonet_scene::random::Random;
@@ -65,22 +66,19 @@ pub fn sensitivity(
 ) -> Result<Vec<Sensitivity>> {
     let entries: Vec<&FrameEntry> = manifest.frames(Split::Test).collect();
     let total = entries.len() + models.len();
-    let mut kinds: Vec<(Features, Moments)> = Vec::new();
+    let mut kinds: Vec<(Kind, Moments)> = Vec::new();
     for model in models {
-        let features = model.config().features;
-        if !kinds.iter().any(|(f, _)| *f == features) {
-            kinds.push((features, Moments::default()));
+        let kind = kind(model);
+        if !kinds.iter().any(|(k, _)| *k == kind) {
+            kinds.push((kind, Moments::default()));
         }
     }
     let mut usable = Vec::new();
     for (done, entry) in entries.iter().enumerate() {
         let (gbuffer, params, _) = eval::read(manifest, entry)?;
-        for (features, moments) in &mut kinds {
-            let model = models.iter().find(|m| m.config().features == *features);
-            moments.add(
-                &naive::padded_features(model.expect("a model of each kind"), &gbuffer, params),
-                &gbuffer,
-            );
+        for (kind_of, moments) in &mut kinds {
+            let model = models.iter().find(|model| kind(model) == *kind_of).expect("a model of each kind");
+            moments.add(&network_inputs(model, &gbuffer, params)?.features, &gbuffer);
         }
         let middle = Crop::of(&gbuffer, 1);
         if 2 * middle.counted(&gbuffer).iter().filter(|c| **c).count() > middle.width * middle.height {
@@ -93,7 +91,7 @@ pub fn sensitivity(
     }
     let mut results = Vec::new();
     for (done, model) in models.iter().enumerate() {
-        let moments = kinds.iter().find(|(f, _)| *f == model.config().features).map(|(_, m)| m);
+        let moments = kinds.iter().find(|(k, _)| *k == kind(model)).map(|(_, m)| m);
         let sigmas = moments.expect("moments of each kind").sigmas();
         results.push(of_model(model, &sigmas, &samples(model, manifest, &usable)?));
         progress(entries.len() + done + 1, total);
@@ -101,8 +99,16 @@ pub fn sensitivity(
     Ok(results)
 }
 
-/// Names of the channels of `features`.
-pub fn channel_names(features: Features) -> Vec<&'static str> {
+/// What decides about the values of a network's features: the channels, and the search that one of them shows.
+type Kind = (Features, Option<SearchConfig>);
+
+fn kind(model: &Model) -> Kind {
+    let config = model.config();
+    (config.features.clone(), config.search.filter(|_| config.features.horizon().is_some()))
+}
+
+/// What the channels of `features` are called.
+pub fn channel_names(features: &Features) -> Vec<&'static str> {
     features.channels().iter().map(|channel| channel.name()).collect()
 }
 
@@ -161,20 +167,24 @@ impl Crop {
     }
 }
 
-/// The features of a crop, and a mask of the pixels that count.
+/// What a network reads of a crop, and which of its pixels count.
 struct Sample {
-    features: Planes,
+    inputs: Inputs,
     counted: Vec<bool>,
 }
 
 impl Sample {
-    fn new(model: &Model, gbuffer: &GBuffer, params: AoParams) -> Self {
+    fn new(model: &Model, gbuffer: &GBuffer, params: AoParams) -> Result<Self> {
         let crop = Crop::of(gbuffer, model.graph().alignment());
-        let whole = naive::padded_features(model, gbuffer, params);
-        let features = Planes::from_fn((whole.channels, crop.height, crop.width), |c, y, x| {
-            whole.at(c, (crop.top + y) as isize, (crop.left + x) as isize)
-        });
-        Self { features, counted: crop.counted(gbuffer) }
+        let whole = network_inputs(model, gbuffer, params)?;
+        let cropped = |whole: &Planes| {
+            Planes::from_fn((whole.channels, crop.height, crop.width), |c, y, x| {
+                whole.at(c, (crop.top + y) as isize, (crop.left + x) as isize)
+            })
+        };
+        let inputs =
+            Inputs { features: cropped(&whole.features), search: whole.search.as_ref().map(cropped) };
+        Ok(Self { inputs, counted: crop.counted(gbuffer) })
     }
 }
 
@@ -185,13 +195,13 @@ fn samples(model: &Model, manifest: &Manifest, entries: &[&FrameEntry]) -> Resul
     let count = affordable.clamp(*CROPS.start(), *CROPS.end()).min(entries.len());
     let sample = |k: usize| {
         let (gbuffer, params, _) = eval::read(manifest, entries[k * entries.len() / count])?;
-        Ok(Sample::new(model, &gbuffer, params))
+        Sample::new(model, &gbuffer, params)
     };
     (0..count).map(sample).collect()
 }
 
 fn of_model(model: &Model, sigmas: &[f64], samples: &[Sample]) -> Sensitivity {
-    let still: Vec<Planes> = samples.par_iter().map(|s| naive::evaluate(model, s.features.clone())).collect();
+    let still: Vec<Planes> = samples.par_iter().map(|s| naive::evaluate(model, &s.inputs)).collect();
     let jobs: Vec<(usize, usize)> =
         (0..sigmas.len()).flat_map(|c| (0..samples.len()).map(move |s| (c, s))).collect();
     let changes: Vec<f64> =
@@ -204,7 +214,7 @@ fn of_model(model: &Model, sigmas: &[f64], samples: &[Sample]) -> Sensitivity {
     };
     let all: Vec<f64> = (0..sigmas.len()).map(absolute).collect();
     let sum = all.iter().sum::<f64>().max(f64::MIN_POSITIVE);
-    let channels = channel_names(model.config().features).into_iter().zip(sigmas).zip(&all);
+    let channels = channel_names(&model.config().features).into_iter().zip(sigmas).zip(&all);
     let channels = channels
         .map(|((name, &sigma), &absolute)| Channel {
             name: name.to_owned(),
@@ -219,12 +229,16 @@ fn of_model(model: &Model, sigmas: &[f64], samples: &[Sample]) -> Sensitivity {
 /// Sum over the counted pixels of the absolute change of the output when channel `c` is noisy.
 fn change(model: &Model, (sample, k): (&Sample, usize), still: &Planes, (c, sigma): (usize, f64)) -> f64 {
     let mut random = Random::of_frame(SEED, &format!("channel {c}"), k as u32);
-    let mut features = sample.features.clone();
-    let plane = &mut features.values[c * sample.counted.len()..][..sample.counted.len()];
+    let mut inputs = sample.inputs.clone();
+    let plane = &mut inputs.features.values[c * sample.counted.len()..][..sample.counted.len()];
     for (value, _) in plane.iter_mut().zip(&sample.counted).filter(|(_, counted)| **counted) {
         *value += (NOISE * sigma) as f32 * random.normal();
     }
-    let moved = naive::evaluate(model, features);
+    // The search that the network corrects is the one that it sees.
+    if let (true, Some(found)) = (model.config().features.horizon() == Some(c), &mut inputs.search) {
+        found.values = plane.iter().map(|occlusion| 1.0 - occlusion).collect();
+    }
+    let moved = naive::evaluate(model, &inputs);
     let pairs = moved.values.iter().zip(&still.values).zip(&sample.counted);
     pairs.filter(|(_, counted)| **counted).map(|((a, b), _)| f64::from((a - b).abs())).sum()
 }
@@ -280,10 +294,10 @@ mod tests {
 
     #[test]
     fn channels_are_called_what_they_are() {
-        let names = channel_names(Features::NormalProjectedRadius);
+        let names = channel_names(&Features::normal_projected_radius());
         assert_eq!(names, ["normal x", "normal y", "normal z", "projected radius"]);
-        assert_eq!(channel_names(Features::NormalDepth)[3], "depth");
-        assert_eq!(channel_names(Features::Normal).len(), 3);
+        assert_eq!(channel_names(&Features::normal_depth())[3], "depth");
+        assert_eq!(channel_names(&Features::normal()).len(), 3);
     }
 
     #[test]

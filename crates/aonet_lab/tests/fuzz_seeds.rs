@@ -1,8 +1,8 @@
 //! Replays the fuzzers' seeds and findings (`fuzz/seeds`): files named `crash-*` once broke a
 //! reader, all others are valid.
 
-use aonet::net::config::{Arch, Features, KernelWeights, Skips};
-use aonet::net::model::Precision;
+use aonet::net::config::{Arch, Features, KernelWeights, Output, Skips};
+use aonet::net::model::WeightFormat;
 use aonet::net::{Graph, Model, ModelConfig, TrainingFacts, Weights};
 use aonet::search::Classic;
 use aonet_lab::dataset::{DatasetParams, DatasetPlan, FORMAT, Manifest, Preset};
@@ -98,16 +98,18 @@ fn write_fuzz_seeds() {
     }
     let config = ModelConfig {
         arch: Arch::AoNet,
-        features: Features::Normal,
+        features: Features::normal(),
         patch: 1,
         kernel: KernelWeights::Off,
+        output: Output::Visibility,
+        search: None,
         encoder: vec![1, 1],
         decoder: vec![1],
         skips: Skips::Concat,
     };
     let weights = Weights::init(&Graph::new(&config).unwrap(), 1);
     let model = Model::new(config, weights, TrainingFacts::default()).unwrap();
-    for (name, precision) in [("f32", Precision::F32), ("f16", Precision::F16)] {
+    for (name, precision) in [("f32", WeightFormat::F32), ("f16", WeightFormat::F16)] {
         let path = folder("weights").join(name).with_extension("safetensors");
         std::fs::write(path, model.to_bytes(precision).unwrap()).unwrap();
     }

@@ -7,10 +7,11 @@
 mod common;
 
 use aonet::net::cpu::Session;
-use aonet::net::{Features, KernelWeights, Model, ModelConfig, shipped};
+use aonet::net::{Channel, Features, KernelWeights, Model, ModelConfig, Output, shipped};
 use aonet::{AoImage, GBuffer};
-use aonet_lab::onnx::{Extent, Form, export, features, npy};
-use common::{frame, model, params, small, spread};
+use aonet_lab::onnx::{Extent, Form, export, inputs, npy};
+use common::{frame, model, params, seeing, small, spread};
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::Command;
 
@@ -34,8 +35,9 @@ fn write_case(folder: &Path, model: &Model, (name, form, extent): (String, Form,
     let mut expected = AoImage::open(gbuffer.size());
     Session::new(model, size.0, size.1, 1).unwrap().run(&gbuffer, params(), &mut expected).unwrap();
     assert!(spread(&expected, &gbuffer) > 0.05, "nothing to see: {name}");
-    let input = features(model, extent, (&gbuffer, params())).unwrap();
-    std::fs::write(folder.join(format!("{name}.npy")), npy(&input)).unwrap();
+    for (input, planes) in inputs(model, extent, (&gbuffer, params())).unwrap() {
+        std::fs::write(folder.join(format!("{name}.{input}.npy")), npy(&planes)).unwrap();
+    }
     std::fs::write(folder.join(format!("{name}.onnx")), export(model, form, extent).unwrap().bytes).unwrap();
     Case { name, extent, gbuffer, expected }
 }
@@ -45,7 +47,7 @@ fn error(folder: &Path, model: &Model, case: &Case) -> f32 {
     let bytes = std::fs::read(folder.join(format!("{}.visibility", case.name))).unwrap();
     let found: Vec<f32> = bytes.chunks_exact(4).map(|b| f32::from_le_bytes(b.try_into().unwrap())).collect();
     let width = case.gbuffer.width();
-    let row = features(model, case.extent, (&case.gbuffer, params())).unwrap().width;
+    let row = inputs(model, case.extent, (&case.gbuffer, params())).unwrap()[0].1.width;
     let foreground = (0..width * case.gbuffer.height()).filter(|&i| case.gbuffer.is_foreground(i));
     foreground
         .map(|i| (found[i / width * row + i % width] - case.expected.visibility()[i]).abs())
@@ -59,6 +61,11 @@ fn trained(row: &str) -> Model {
 }
 
 fn models() -> Vec<(&'static str, Model)> {
+    let correction = |patch, kernel| {
+        let output = Output::Correction;
+        ModelConfig { output, ..small(Features::normal_radius_horizon(), patch, kernel) }
+    };
+    let middle = Features::normal().with(Channel::HorizonOcclusion).with(Channel::ProjectedRadius);
     let full_kernels = |weights| ModelConfig { kernel: weights, ..ModelConfig::full_resolution() };
     vec![
         ("any_radius", Model::from_bytes(shipped::ANY_RADIUS).unwrap()),
@@ -67,10 +74,16 @@ fn models() -> Vec<(&'static str, Model)> {
         ("deep_shading", trained("deep_shading")),
         ("full_linear", model(full_kernels(KernelWeights::Linear), 1)),
         ("full_off", model(full_kernels(KernelWeights::Off), 1)),
-        ("patch_softmax", model(small(Features::NormalProjectedRadius, 4, KernelWeights::Softmax), 1)),
-        ("full_softmax", model(small(Features::Normal, 1, KernelWeights::Softmax), 1)),
-        ("patch2_linear", model(small(Features::NormalDepth, 2, KernelWeights::Linear), 1)),
-        ("patch8_correction", model(small(Features::NormalRadiusHorizon, 8, KernelWeights::Correction), 1)),
+        ("patch_softmax", model(small(Features::normal_projected_radius(), 4, KernelWeights::Softmax), 1)),
+        ("full_softmax", model(small(Features::normal(), 1, KernelWeights::Softmax), 1)),
+        ("patch2_linear", model(small(Features::normal_depth(), 2, KernelWeights::Linear), 1)),
+        ("patch8_correction", model(correction(8, KernelWeights::Off), 1)),
+        ("patch2_linear_correction", model(correction(2, KernelWeights::Linear), 1)),
+        (
+            "unseen_search",
+            model(ModelConfig { features: Features::normal(), ..correction(4, KernelWeights::Off) }, 1),
+        ),
+        ("search_in_the_middle", model(seeing(middle), 1)),
         ("no_skips", model(ModelConfig { skips: aonet::net::Skips::None, ..ModelConfig::paper() }, 1)),
     ]
 }
@@ -106,8 +119,10 @@ fn onnx_runtime_agrees_with_the_session() {
     let list: Vec<_> = cases
         .iter()
         .map(|(model, case)| {
-            let input = features(model, case.extent, (&case.gbuffer, params())).unwrap();
-            serde_json::json!({ "name": case.name, "shape": [1, input.channels, input.height, input.width] })
+            let inputs = inputs(model, case.extent, (&case.gbuffer, params())).unwrap();
+            let shapes: BTreeMap<_, _> =
+                inputs.iter().map(|(name, p)| (*name, [1, p.channels, p.height, p.width])).collect();
+            serde_json::json!({ "name": case.name, "shapes": shapes })
         })
         .collect();
     std::fs::write(folder.join("cases.json"), serde_json::to_vec(&list).unwrap()).unwrap();

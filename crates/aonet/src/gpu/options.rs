@@ -34,7 +34,7 @@ pub enum Kernels {
 impl Precision {
     /// What it comes to for a network that sees these features: positions and depths in world units may be anything, and do
     /// not fit in 16 bits.
-    pub(crate) fn of(self, features: Features) -> Self {
+    pub(crate) fn of(self, features: &Features) -> Self {
         let fits = features.channels().iter().all(|channel| match channel {
             Channel::Normal(_) | Channel::NormalEncoded(_) => true,
             Channel::DepthNormalized | Channel::ProjectedRadius | Channel::HorizonOcclusion => true,

@@ -1,11 +1,11 @@
 //! Input channels of the network from a G-buffer. AO-Net §3.1.
 
+use crate::error::Result;
 use crate::frame::ao_image::AoParams;
 use crate::frame::gbuffer::GBuffer;
-use crate::net::config::{Channel, Features};
+use crate::net::config::{Channel, Features, SearchConfig};
 use crate::search;
 use crate::simd::{Isa, Level};
-use std::borrow::Cow;
 
 /// Range of the projected radius that the network tells apart, log2 [px]: 1/16 px to 65536 px.
 /// Background is infinitely far and gets the lower end.
@@ -17,21 +17,19 @@ pub(crate) const LOG2_PX_MEAN: f32 = 5.0;
 pub(crate) const LOG2_PX_SCALE: f32 = 0.25;
 
 /// Writes CxHxW features, rows of length `row` >= width, planes of `plane` values; the rest of `out` is left alone.
-/// What the channels hold: [`Channel`].
+/// [`Channel`] says what the channels hold. `search` is the HxW visibility that the network's search found; it may be empty
+/// where no channel shows it.
 ///
 /// # Panics
-/// When `out` is too short for the planes.
+/// When `out` is too short for the planes, or `search` for the frame.
 pub fn write_features(
-    features: Features,
+    features: &Features,
     (gbuffer, params): (&GBuffer, AoParams),
+    search: &[f32],
     out: &mut [f32],
     (row, plane): (usize, usize),
 ) {
-    let horizon = match features.horizon() {
-        Some(_) => Cow::Owned(horizon_visibility(gbuffer, params)),
-        None => Cow::Borrowed(&[][..]),
-    };
-    let rows = FeatureRows::new(features, gbuffer, params, &horizon);
+    let rows = FeatureRows::new(features, gbuffer, params, search);
     for c in 0..features.channels().len() {
         for y in 0..gbuffer.height() {
             rows.write((c, y), &mut out[c * plane + y * row..][..gbuffer.width()]);
@@ -39,24 +37,42 @@ pub fn write_features(
     }
 }
 
+/// HxW visibility that a search finds on a frame, its guard band included: what a session's search finds.
+///
+/// # Errors
+/// When a parameter is out of its range.
+pub fn search_visibility(search: &SearchConfig, gbuffer: &GBuffer, params: AoParams) -> Result<Vec<f32>> {
+    let (search, isa, frame) = (search.checked()?, Isa::new(Level::best())?, (gbuffer, params));
+    let mut found = vec![0.0; gbuffer.depth().len()];
+    match search {
+        SearchConfig::Agtao(of) => search::agtao_rows(isa, of, frame, (0, &mut found)),
+    }
+    for _ in 0..search.filter().passes {
+        let mut filtered = vec![0.0; found.len()];
+        search::filter_rows(isa, search.filter(), frame, &found, (0, &mut filtered));
+        found = filtered;
+    }
+    Ok(found)
+}
+
 /// The features of a frame, row by row.
 pub(crate) struct FeatureRows<'a> {
     gbuffer: &'a GBuffer<'a>,
-    channels: &'static [Channel],
+    channels: &'a [Channel],
     /// Nearest depth, and one over the range of depths; of the foreground.
     depth_range: (f32, f32),
     /// log2 of the radius [px] at depth 1.
     log2_radius_px: f32,
-    /// HxW, if it is a feature.
-    horizon_visibility: &'a [f32],
+    /// HxW visibility that the search found, if a channel shows it.
+    search: &'a [f32],
 }
 
 impl<'a> FeatureRows<'a> {
     pub(crate) fn new(
-        features: Features,
+        features: &'a Features,
         gbuffer: &'a GBuffer<'a>,
         params: AoParams,
-        horizon_visibility: &'a [f32],
+        search: &'a [f32],
     ) -> Self {
         let channels = features.channels();
         let depth_range = match channels.contains(&Channel::DepthNormalized) {
@@ -64,7 +80,7 @@ impl<'a> FeatureRows<'a> {
             false => (0.0, 1.0),
         };
         let log2_radius_px = gbuffer.camera().projected_px(params.radius(), 1.0).log2();
-        Self { gbuffer, channels, depth_range, log2_radius_px, horizon_visibility }
+        Self { gbuffer, channels, depth_range, log2_radius_px, search }
     }
 
     /// Writes row `y` of channel `c`: as many values as `line` has, at most the frame's width.
@@ -73,20 +89,20 @@ impl<'a> FeatureRows<'a> {
         let first = y * self.gbuffer.width();
         let pixels = line.iter_mut().zip(&self.gbuffer.depth()[first..]);
         match self.channels[c] {
-            Channel::Normal(k) => {
+            Channel::Normal(axis) => {
                 let normals = &self.gbuffer.normal()[first..];
-                line.iter_mut().zip(normals).for_each(|(value, n)| *value = n[usize::from(k)]);
+                line.iter_mut().zip(normals).for_each(|(value, n)| *value = n[axis.index()]);
             }
-            Channel::NormalEncoded(k) => {
+            Channel::NormalEncoded(axis) => {
                 let normals = &self.gbuffer.normal()[first..];
                 pixels.zip(normals).for_each(|((value, &depth), n)| {
-                    *value = if depth == f32::INFINITY { 0.0 } else { 0.5 * n[usize::from(k)] + 0.5 };
+                    *value = if depth == f32::INFINITY { 0.0 } else { 0.5 * n[axis.index()] + 0.5 };
                 });
             }
-            Channel::Position(k) => {
+            Channel::Position(axis) => {
                 let camera = self.gbuffer.camera();
                 pixels.enumerate().for_each(|(x, (value, &depth))| {
-                    let position = || camera.position_view(x, y, depth)[usize::from(k)];
+                    let position = || camera.position_view(x, y, depth)[axis.index()];
                     *value = if depth == f32::INFINITY { 0.0 } else { position() };
                 });
             }
@@ -103,7 +119,7 @@ impl<'a> FeatureRows<'a> {
                 *value = self.projected_radius(depth);
             }),
             Channel::HorizonOcclusion => {
-                let visibility = &self.horizon_visibility[first..];
+                let visibility = &self.search[first..];
                 line.iter_mut().zip(visibility).for_each(|(value, v)| *value = 1.0 - v);
             }
         }
@@ -117,35 +133,10 @@ impl<'a> FeatureRows<'a> {
     }
 }
 
-/// HxW visibility of the horizon search that networks correct; 1 on the background.
-pub fn horizon_visibility(gbuffer: &GBuffer, params: AoParams) -> Vec<f32> {
-    let isa = Isa::new(Level::best()).expect("the best level of this machine");
-    let pixels = gbuffer.depth().len();
-    let (mut found, mut filtered) = (vec![0.0; pixels], vec![0.0; pixels]);
-    search::horizon_rows(isa, (gbuffer, params), (0, &mut found));
-    search::filtered_rows(isa, (gbuffer, params), &found, (0, &mut filtered));
-    filtered
-}
-
 fn depth_range(gbuffer: &GBuffer) -> (f32, f32) {
     let finite = gbuffer.depth().iter().copied().filter(|d| d.is_finite());
     let (near, far) = finite.fold((f32::INFINITY, 0f32), |(a, b), d| (a.min(d), b.max(d)));
     (near, 1.0 / (far - near).max(f32::MIN_POSITIVE))
-}
-
-/// Repeats the last column and row of every `height` x `width` plane up to `plane / row` x `row`.
-pub(crate) fn repeat_edge(planes: &mut [f32], (width, height): (usize, usize), (row, plane): (usize, usize)) {
-    for image in planes.chunks_exact_mut(plane) {
-        for line in image.chunks_exact_mut(row).take(height) {
-            let last = line[width - 1];
-            line[width..].fill(last);
-        }
-        let (done, rest) = image.split_at_mut(height * row);
-        let last = &done[(height - 1) * row..];
-        for line in rest.chunks_exact_mut(row) {
-            line.copy_from_slice(last);
-        }
-    }
 }
 
 #[cfg(test)]
@@ -160,46 +151,32 @@ mod tests {
         GBuffer::new(camera, depth, normal).unwrap()
     }
 
-    fn fourth(features: Features, gbuffer: &GBuffer, radius: f32) -> Vec<f32> {
+    fn fourth(features: &Features, gbuffer: &GBuffer, radius: f32) -> Vec<f32> {
         let n = gbuffer.width();
         let mut out = vec![9.0; 4 * n];
-        write_features(features, (gbuffer, AoParams::new(radius).unwrap()), &mut out, (n, n));
+        write_features(features, (gbuffer, AoParams::new(radius).unwrap()), &[], &mut out, (n, n));
         out.split_off(3 * n)
     }
 
     #[test]
     fn projected_radius_does_not_depend_on_the_unit() {
+        let radius_px = Features::normal_projected_radius();
         let fov = Projection::Perspective { fov_y: 1.0 };
-        let metres = fourth(Features::NormalProjectedRadius, &frame(fov, vec![1.0, 2.0, f32::INFINITY]), 0.5);
-        let inches = fourth(
-            Features::NormalProjectedRadius,
-            &frame(fov, vec![39.37, 78.74, f32::INFINITY]),
-            0.5 * 39.37,
-        );
+        let metres = fourth(&radius_px, &frame(fov, vec![1.0, 2.0, f32::INFINITY]), 0.5);
+        let inches = fourth(&radius_px, &frame(fov, vec![39.37, 78.74, f32::INFINITY]), 0.5 * 39.37);
         for (a, b) in metres.iter().zip(&inches) {
             assert!((a - b).abs() < 1e-5, "{metres:?} {inches:?}");
         }
         assert!((metres[0] - metres[1] - 0.25).abs() < 1e-6, "doubling the depth halves the radius");
         assert_eq!(metres[2], -2.25);
-        let flat = fourth(
-            Features::NormalProjectedRadius,
-            &frame(Projection::Orthographic { height: 1.0 }, vec![1.0, 9.0]),
-            0.5,
-        );
+        let flat = fourth(&radius_px, &frame(Projection::Orthographic { height: 1.0 }, vec![1.0, 9.0]), 0.5);
         assert_eq!(flat[0], flat[1]);
     }
 
     #[test]
     fn normalised_depth_spans_zero_to_one() {
         let g = frame(Projection::Perspective { fov_y: 1.0 }, vec![3.0, 5.0, 4.0, f32::INFINITY]);
-        assert_eq!(fourth(Features::NormalDepthNormalized, &g, 1.0), [0.0, 1.0, 0.5, 1.0]);
-        assert_eq!(fourth(Features::NormalDepth, &g, 1.0), [3.0, 5.0, 4.0, 0.0]);
-    }
-
-    #[test]
-    fn edges_repeat() {
-        let mut plane = vec![1.0, 2.0, 0.0, 3.0, 4.0, 0.0, 0.0, 0.0, 0.0];
-        repeat_edge(&mut plane, (2, 2), (3, 9));
-        assert_eq!(plane, [1.0, 2.0, 2.0, 3.0, 4.0, 4.0, 3.0, 4.0, 4.0]);
+        assert_eq!(fourth(&Features::normal_depth_normalized(), &g, 1.0), [0.0, 1.0, 0.5, 1.0]);
+        assert_eq!(fourth(&Features::normal_depth(), &g, 1.0), [3.0, 5.0, 4.0, 0.0]);
     }
 }

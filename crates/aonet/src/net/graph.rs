@@ -2,7 +2,9 @@
 
 use crate::error::Result;
 use crate::net::arch;
-use crate::net::config::{Arch, KernelWeights, ModelConfig};
+#[cfg(test)]
+use crate::net::config::Channel;
+use crate::net::config::{Arch, Features, KernelWeights, ModelConfig, SearchConfig};
 
 /// Index of a [`Node`] and of the tensor that it produces.
 pub type ValueId = usize;
@@ -42,10 +44,20 @@ impl Activation {
 }
 
 /// One operation. Tensors are CxHxW, row-major; images repeat their edge beyond the border.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum Op {
+    /// A classic method on the frame, with its filter: 1xHxW visibility, 1 on the background.
+    Search {
+        /// The method and its parameters.
+        search: SearchConfig,
+    },
     /// The features of the frame; the first three channels are the view-space normal.
-    Input,
+    Input {
+        /// The channels.
+        features: Features,
+        /// 1xHxW: what [`Channel::HorizonOcclusion`](crate::net::Channel::HorizonOcclusion) shows, if it is a channel.
+        search: Option<ValueId>,
+    },
     /// Squares of `patch` x `patch` pixels become channels: channel `c * patch² + dy * patch + dx`.
     PatchPartition {
         /// CxHxW.
@@ -90,12 +102,10 @@ pub enum Op {
         /// DxHxW.
         second: ValueId,
     },
-    /// 1 minus a channel of the features, plus a correction: 1xHxW.
+    /// The visibility of the search plus a correction: 1xHxW.
     Correct {
-        /// The features.
-        input: ValueId,
-        /// Which of them: the horizon occlusion.
-        channel: usize,
+        /// 1xHxW.
+        search: ValueId,
         /// 1xHxW.
         correction: ValueId,
     },
@@ -115,7 +125,7 @@ pub enum Op {
 }
 
 /// An operation and the shape of what it produces.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Node {
     /// The operation.
     pub op: Op,
@@ -135,10 +145,17 @@ pub struct ParamSpec {
 }
 
 /// Operations in SSA order; the last one is the output, 1xHxW visibility before clamping.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Graph {
     nodes: Vec<Node>,
     pub(crate) init: Init,
+}
+
+/// What the operations of a topology begin with.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Inputs {
+    pub(crate) features: ValueId,
+    pub(crate) search: Option<ValueId>,
 }
 
 /// How training starts.
@@ -164,16 +181,30 @@ impl Graph {
         })
     }
 
-    /// An empty graph with an input of `channels` channels; for `arch`.
-    pub(crate) fn with_input(channels: usize) -> (Self, ValueId) {
-        (Self { nodes: vec![Node { op: Op::Input, channels, stride: 1 }], init: Init::He }, 0)
+    /// A graph that holds what networks read, for `arch`: the search, if there is one, and the features.
+    pub(crate) fn begin(config: &ModelConfig) -> (Self, Inputs) {
+        let mut graph = Self { nodes: Vec::new(), init: Init::He };
+        let search = config.search.map(|search| graph.push(Op::Search { search }, 1));
+        let shown = config.features.horizon().and(search);
+        let input = Op::Input { features: config.features.clone(), search: shown };
+        let features = graph.push(input, 0);
+        (graph, Inputs { features, search })
     }
 
-    /// Appends an operation and computes its shape; for `arch`.
+    /// A graph with features of `channels` channels alone.
+    #[cfg(test)]
+    pub(crate) fn with_input(channels: usize) -> (Self, ValueId) {
+        let features = Features::new(vec![Channel::Depth; channels]);
+        let input = Node { op: Op::Input { features, search: None }, channels, stride: 1 };
+        (Self { nodes: vec![input], init: Init::He }, 0)
+    }
+
+    /// Appends an operation and computes its shape, for `arch`. `conv_channels` are those of a convolution.
     pub(crate) fn push(&mut self, op: Op, conv_channels: usize) -> ValueId {
         let of = |v: ValueId| (self.nodes[v].channels, self.nodes[v].stride);
         let (channels, stride) = match &op {
-            Op::Input => unreachable!("a graph has one input"),
+            Op::Search { .. } => (1, 1),
+            Op::Input { features, .. } => (features.channels().len(), 1),
             Op::PatchPartition { input, patch } => (of(*input).0 * patch * patch, of(*input).1 * patch),
             Op::PatchMerge { input, patch } => (of(*input).0 / (patch * patch), of(*input).1 / patch),
             Op::Conv { input, .. } => (conv_channels, of(*input).1),
@@ -220,7 +251,8 @@ impl Graph {
         self.params().iter().map(|p| p.shape.iter().product::<usize>()).sum()
     }
 
-    /// Multiply-accumulates per input pixel, convolutions and kernels.
+    /// Multiply-accumulates per input pixel: those of convolutions and kernels. A search has none; it is counted where it
+    /// is timed.
     pub fn macs_per_pixel(&self) -> f64 {
         self.nodes.iter().map(|node| self.node_macs(node)).sum()
     }
@@ -233,7 +265,8 @@ impl Graph {
                     / (node.stride * node.stride) as f64
             }
             Op::KernelPredict { .. } => TAPS as f64,
-            Op::Input
+            Op::Search { .. }
+            | Op::Input { .. }
             | Op::PatchPartition { .. }
             | Op::PatchMerge { .. }
             | Op::AvgPool2 { .. }
@@ -247,6 +280,8 @@ impl Graph {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::net::config::{Axis, Output};
+    use crate::search::AgtaoParams;
 
     #[test]
     fn the_papers_network_has_the_sizes_worked_out_by_hand() {
@@ -319,5 +354,34 @@ mod tests {
         assert!(
             error(ModelConfig { encoder: vec![32, 48, 64, 0], ..ModelConfig::paper() }).contains("widths")
         );
+        let paper = ModelConfig::paper;
+        assert!(error(ModelConfig { output: Output::Correction, ..paper() }).contains("search"));
+        assert!(error(ModelConfig { search: Some(SearchConfig::tuned()), ..paper() }).contains("search"));
+        let shown = Features::normal().with(Channel::HorizonOcclusion);
+        assert!(error(ModelConfig { features: shown, ..paper() }).contains("search"));
+        let bad = SearchConfig::Agtao(AgtaoParams { power: f32::NAN, ..AgtaoParams::default() });
+        assert!(error(ModelConfig { search: Some(bad), ..ModelConfig::any_radius() }).contains("power"));
+        for channels in [vec![], vec![Channel::Depth], vec![Channel::Normal(Axis::X)]] {
+            assert!(error(ModelConfig { features: Features::new(channels), ..paper() }).contains("features"));
+        }
+        let twice = Features::normal_depth().with(Channel::Depth);
+        assert!(error(ModelConfig { features: twice, ..paper() }).contains("once"));
+    }
+
+    #[test]
+    fn searches_feed_what_reads_them() {
+        let both = Graph::new(&ModelConfig::any_radius()).unwrap();
+        let search = Op::Search { search: SearchConfig::tuned() };
+        assert_eq!(both.nodes()[0], Node { op: search, channels: 1, stride: 1 });
+        assert!(matches!(both.nodes()[1].op, Op::Input { search: Some(0), .. }));
+        assert!(matches!(both.nodes()[both.output()].op, Op::Correct { search: 0, .. }));
+        let unseen = ModelConfig { features: Features::normal(), ..ModelConfig::any_radius() };
+        assert!(matches!(Graph::new(&unseen).unwrap().nodes()[1].op, Op::Input { search: None, .. }));
+        let kernels = ModelConfig { kernel: KernelWeights::Linear, ..ModelConfig::any_radius() };
+        let kernels = Graph::new(&kernels).unwrap();
+        let Op::Correct { correction, .. } = kernels.nodes()[kernels.output()].op else {
+            panic!("no correction")
+        };
+        assert!(matches!(kernels.nodes()[correction].op, Op::KernelPredict { .. }));
     }
 }

@@ -16,7 +16,7 @@ pub mod plan;
 pub mod shipped;
 pub mod weights;
 
-pub use config::{Arch, Channel, Features, KernelWeights, ModelConfig, Skips};
+pub use config::{Arch, Axis, Channel, Features, KernelWeights, ModelConfig, Output, SearchConfig, Skips};
 pub use graph::{Activation, Graph, Node, Op, ParamSpec, ValueId};
 pub use model::{Model, TrainingFacts};
 pub use weights::{Tensor, Weights};

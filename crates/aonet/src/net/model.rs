@@ -9,12 +9,14 @@ use safetensors::tensor::{Dtype, SafeTensors, TensorView};
 use serde::{Deserialize, Serialize};
 use std::collections::{BTreeMap, HashMap};
 
-/// Version of the metadata in a weights file.
-const FORMAT: u32 = 1;
+/// Version of the metadata that is written. Version 1 had one name for all features and no parameters of a search.
+const FORMAT: u32 = 2;
+/// Versions that can be read.
+const READABLE: std::ops::RangeInclusive<u64> = 1..=2;
 /// Metadata key that holds our JSON.
 const KEY: &str = "aonet";
 
-/// What is known about how a model came to be. All of it is told, none of it is trusted.
+/// How a model was trained. None of these fields is checked, and no result depends on them.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default)]
 pub struct TrainingFacts {
@@ -50,7 +52,7 @@ pub struct Model {
 
 /// Number format of a weights file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Precision {
+pub enum WeightFormat {
     /// 32-bit floats.
     F32,
     /// 16-bit floats: half the size.
@@ -96,8 +98,9 @@ impl Model {
             .ok_or_else(|| wrong("no aonet metadata".into()))?;
         let format =
             serde_json::from_str::<serde_json::Value>(json).ok().and_then(|v| v.get("format")?.as_u64());
-        if format != Some(FORMAT.into()) {
-            return Err(Error::format("weights file", format!("format {FORMAT}"), format!("{format:?}")));
+        if !format.is_some_and(|format| READABLE.contains(&format)) {
+            let expected = format!("format {} to {}", READABLE.start(), READABLE.end());
+            return Err(Error::format("weights file", expected, format!("{format:?}")));
         }
         let metadata: Metadata = serde_json::from_str(json).map_err(|e| wrong(e.to_string()))?;
         let file = SafeTensors::deserialize(bytes).map_err(|e| wrong(e.to_string()))?;
@@ -120,8 +123,8 @@ impl Model {
     /// The model as a safetensors file. Equal models give equal bytes.
     ///
     /// # Errors
-    /// When a weight does not fit the precision.
-    pub fn to_bytes(&self, precision: Precision) -> Result<Vec<u8>> {
+    /// When a weight does not fit the format.
+    pub fn to_bytes(&self, numbers: WeightFormat) -> Result<Vec<u8>> {
         let metadata = Metadata {
             format: FORMAT,
             config: self.config.clone(),
@@ -131,13 +134,15 @@ impl Model {
         let json = serde_json::to_string(&metadata).map_err(|e| Error::format("metadata", "JSON", e))?;
         let mut encoded = Vec::new();
         for (name, tensor) in self.weights.tensors() {
-            let (dtype, bytes): (Dtype, Vec<u8>) = match precision {
-                Precision::F32 => (Dtype::F32, tensor.values.iter().flat_map(|v| v.to_le_bytes()).collect()),
-                Precision::F16 => {
+            let (dtype, bytes): (Dtype, Vec<u8>) = match numbers {
+                WeightFormat::F32 => {
+                    (Dtype::F32, tensor.values.iter().flat_map(|v| v.to_le_bytes()).collect())
+                }
+                WeightFormat::F16 => {
                     (Dtype::F16, tensor.values.iter().flat_map(|v| f16::from_f32(*v).to_le_bytes()).collect())
                 }
             };
-            if precision == Precision::F16 && tensor.values.iter().any(|v| f16::from_f32(*v).is_infinite()) {
+            if numbers == WeightFormat::F16 && tensor.values.iter().any(|v| f16::from_f32(*v).is_infinite()) {
                 return Err(Error::weights(name, "values within half-float range", "a larger one"));
             }
             encoded.push((name, dtype, tensor.shape.clone(), bytes));
@@ -220,23 +225,49 @@ mod tests {
     #[test]
     fn files_round_trip() {
         let model = model();
-        assert_eq!(Model::from_bytes(&model.to_bytes(Precision::F32).unwrap()).unwrap(), model);
-        let half = Model::from_bytes(&model.to_bytes(Precision::F16).unwrap()).unwrap();
+        assert_eq!(Model::from_bytes(&model.to_bytes(WeightFormat::F32).unwrap()).unwrap(), model);
+        let half = Model::from_bytes(&model.to_bytes(WeightFormat::F16).unwrap()).unwrap();
         assert_eq!(half.weights(), &model.weights().clone().rounded_to_half());
         assert_ne!(half.weights(), model.weights());
     }
 
     #[test]
     fn equal_models_give_equal_bytes() {
-        assert_eq!(model().to_bytes(Precision::F16).unwrap(), model().to_bytes(Precision::F16).unwrap());
+        assert_eq!(
+            model().to_bytes(WeightFormat::F16).unwrap(),
+            model().to_bytes(WeightFormat::F16).unwrap()
+        );
     }
 
     #[test]
     fn every_truncation_is_an_error() {
-        let bytes = model().to_bytes(Precision::F16).unwrap();
+        let bytes = model().to_bytes(WeightFormat::F16).unwrap();
         for end in (0..bytes.len()).step_by(7) {
             assert!(Model::from_bytes(&bytes[..end]).is_err(), "{end} of {} bytes", bytes.len());
         }
+    }
+
+    /// The same file as version 1 of the metadata had it.
+    fn in_version_1(bytes: &[u8]) -> Vec<u8> {
+        let (_, header) = SafeTensors::read_metadata(bytes).unwrap();
+        let mut json: serde_json::Value =
+            serde_json::from_str(&header.metadata().as_ref().unwrap()[KEY]).unwrap();
+        assert_eq!(json["format"], FORMAT);
+        json["format"] = 1.into();
+        let config = json["config"].as_object_mut().unwrap();
+        config["features"] = "normal_radius_horizon".into();
+        config["kernel"] = "correction".into();
+        assert!(config.remove("output").is_some() && config.remove("search").is_some());
+        let metadata = HashMap::from([(KEY.to_owned(), json.to_string())]);
+        safetensors::serialize(SafeTensors::deserialize(bytes).unwrap().tensors(), Some(metadata)).unwrap()
+    }
+
+    #[test]
+    fn files_of_version_1_load_as_the_same_model() {
+        let bytes = crate::net::shipped::ANY_RADIUS;
+        let old = Model::from_bytes(&in_version_1(bytes)).unwrap();
+        assert_eq!(old, Model::from_bytes(bytes).unwrap());
+        assert!(old.config().search.is_some());
     }
 
     #[test]

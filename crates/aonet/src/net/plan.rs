@@ -4,11 +4,14 @@
 //! * patch partition into the features: the input is stored partitioned, once, for the network and the kernels;
 //! * pooling, upsampling and concatenation into the convolution that reads them ([`Source`]);
 //! * the 1x1 head, kernel prediction and patch merging into one step ([`Step::Head`]): the kernels, 48 values a
-//!   pixel, never exist in memory.
+//!   pixel, never exist in memory;
+//! * the correction of a search into the same step.
+//!
+//! A search becomes several steps instead: the method itself, and every pass of its filter.
 
 use crate::error::{Error, Result};
 use crate::frame::size::Size;
-use crate::net::config::KernelWeights;
+use crate::net::config::{KernelWeights, SearchConfig};
 use crate::net::graph::{Activation, Graph, Op, ValueId};
 
 /// Channels of blocked buffers are rounded up to a multiple of this: the widest vector of any backend.
@@ -27,6 +30,8 @@ pub enum Layout {
     Planar,
     /// Block of channels by block of channels, each a line of pixels with its halo, channels innermost.
     Blocked,
+    /// The frame's own pixels, without halo: one channel.
+    Image,
 }
 
 /// A tensor in the arena.
@@ -49,11 +54,11 @@ pub struct Buffer {
 impl Buffer {
     /// Values from the start of one row to the next.
     pub fn row_len(&self) -> usize {
-        let channels = match self.layout {
-            Layout::Planar => self.channels,
-            Layout::Blocked => self.channels.next_multiple_of(CHANNEL_BLOCK),
-        };
-        channels * (self.width + 2 * HALO)
+        match self.layout {
+            Layout::Planar => self.channels * (self.width + 2 * HALO),
+            Layout::Blocked => self.channels.next_multiple_of(CHANNEL_BLOCK) * (self.width + 2 * HALO),
+            Layout::Image => self.width,
+        }
     }
 
     /// Values in all.
@@ -93,10 +98,28 @@ pub struct Source {
 }
 
 /// One pass over an image.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum Step {
+    /// A classic method on the frame, without its filter. See [`Op::Search`].
+    Search {
+        /// The method and its parameters.
+        search: SearchConfig,
+        /// An image.
+        output: BufferId,
+    },
+    /// One pass of the filter of a search.
+    Filter {
+        /// The search, whose parameters the filter's are part of.
+        search: SearchConfig,
+        /// An image.
+        input: BufferId,
+        /// An image.
+        output: BufferId,
+    },
     /// Features of the frame, edge-padded to the plan's size, as patch² channels a feature.
     Features {
+        /// An image: what the search found, where the network sees it.
+        search: Option<BufferId>,
         /// Planar.
         output: BufferId,
         /// Side of a patch [px].
@@ -127,8 +150,10 @@ pub enum Step {
         guide: BufferId,
         /// Side of a patch [px].
         patch: usize,
-        /// How the output is formed.
+        /// Whether the convolution predicts kernels.
         kernel: KernelWeights,
+        /// An image: the visibility that is added to, where the network corrects a search.
+        base: Option<BufferId>,
     },
     /// The first channel, clamped, is the image.
     Image {
@@ -138,7 +163,7 @@ pub enum Step {
 }
 
 /// A graph at one size.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Plan {
     /// Size of the image (width, height) [px].
     pub size: (usize, usize),
@@ -164,8 +189,7 @@ impl Plan {
         Size::new(width, height)?;
         let step = graph.alignment();
         let padded = (width.next_multiple_of(step), height.next_multiple_of(step));
-        let mut lowering = Lowering { graph, padded, buffers: Vec::new(), steps: Vec::new() };
-        lowering.features();
+        let mut lowering = Lowering { graph, size: (width, height), padded, buffers: vec![], steps: vec![] };
         let mut values = Vec::new();
         for id in 0..graph.nodes().len() {
             values.push(lowering.node(id, &values));
@@ -174,7 +198,7 @@ impl Plan {
         match values.last() {
             Some(head @ Lowered::Head { .. }) => drop(lowering.head(head, 1, KernelWeights::Off)),
             Some(Lowered::Sources(sources)) => lowering.image(sources),
-            Some(Lowered::Features(_) | Lowered::Image) | None => {}
+            Some(Lowered::Search(_) | Lowered::Features { .. } | Lowered::Image) | None => {}
         }
         let Lowering { mut buffers, steps, .. } = lowering;
         let arena_len = place(&mut buffers).ok_or_else(|| {
@@ -189,11 +213,15 @@ impl Plan {
         let bytes = |id: BufferId| self.buffers[id].len() * size_of::<f32>();
         let image = self.size.0 * self.size.1 * size_of::<f32>();
         let of_step = |step: &Step| match step {
-            Step::Features { output, .. } => bytes(*output),
+            Step::Search { output, .. } => bytes(*output),
+            Step::Filter { input, output, .. } => bytes(*input) + bytes(*output),
+            Step::Features { search, output, .. } => bytes(*output) + search.map_or(0, bytes),
             Step::Conv { sources, output, .. } => {
                 bytes(*output) + sources.iter().map(|s| bytes(s.buffer)).sum::<usize>()
             }
-            Step::Head { input, guide, .. } => bytes(*input) + bytes(*guide) + image,
+            Step::Head { input, guide, base, .. } => {
+                bytes(*input) + bytes(*guide) + base.map_or(0, bytes) + image
+            }
             Step::Image { input } => bytes(*input) + image,
         };
         self.steps.iter().map(of_step).sum()
@@ -203,8 +231,10 @@ impl Plan {
 /// What a node of the graph became.
 #[derive(Debug, Clone)]
 enum Lowered {
-    /// The partitioned features, seen with patches of this side.
-    Features(usize),
+    /// What a search found.
+    Search(BufferId),
+    /// The partitioned features, seen with patches of this side [px].
+    Features { buffer: BufferId, patch: usize },
     /// Something that a convolution can read.
     Sources(Vec<Source>),
     /// The 1x1 convolution of the head, waiting for what follows it.
@@ -215,21 +245,44 @@ enum Lowered {
 
 struct Lowering<'a> {
     graph: &'a Graph,
+    size: (usize, usize),
     padded: (usize, usize),
     buffers: Vec<Buffer>,
     steps: Vec<Step>,
 }
 
-/// The features are the first buffer.
-const FEATURES: BufferId = 0;
-
 impl Lowering<'_> {
-    fn features(&mut self) {
+    fn search(&mut self, search: SearchConfig) -> Lowered {
+        let mut found = self.image_buffer();
+        self.steps.push(Step::Search { search, output: found });
+        for _ in 0..search.filter().passes {
+            let output = self.image_buffer();
+            self.read(found);
+            self.steps.push(Step::Filter { search, input: found, output });
+            found = output;
+        }
+        Lowered::Search(found)
+    }
+
+    fn features(&mut self, channels: usize, search: Option<&Lowered>) -> Lowered {
         let partition = |op: &Op| if let Op::PatchPartition { patch, .. } = op { Some(*patch) } else { None };
-        let nodes = self.graph.nodes();
-        let patch = nodes.iter().find_map(|n| partition(&n.op)).unwrap_or(1);
-        let output = self.buffer(Layout::Planar, nodes[0].channels * patch * patch, patch);
-        self.steps.push(Step::Features { output, patch });
+        let patch = self.graph.nodes().iter().find_map(|n| partition(&n.op)).unwrap_or(1);
+        let search = search.map(|lowered| match *lowered {
+            Lowered::Search(found) => found,
+            _ => panic!("features show what a search found"),
+        });
+        search.into_iter().for_each(|found| self.read(found));
+        let output = self.buffer(Layout::Planar, channels * patch * patch, patch);
+        self.steps.push(Step::Features { search, output, patch });
+        Lowered::Features { buffer: output, patch: 1 }
+    }
+
+    /// A new image that the next step writes.
+    fn image_buffer(&mut self) -> BufferId {
+        let ((width, height), step) = (self.size, self.steps.len());
+        let layout = Layout::Image;
+        self.buffers.push(Buffer { offset: 0, layout, channels: 1, height, width, live: (step, step) });
+        self.buffers.len() - 1
     }
 
     /// A new buffer that the next step writes.
@@ -241,10 +294,12 @@ impl Lowering<'_> {
     }
 
     fn node(&mut self, id: ValueId, values: &[Lowered]) -> Lowered {
-        match &self.graph.nodes()[id].op {
-            Op::Input => Lowered::Features(1),
+        let node = &self.graph.nodes()[id];
+        match &node.op {
+            Op::Search { search } => self.search(*search),
+            Op::Input { search, .. } => self.features(node.channels, search.map(|id| &values[id])),
             Op::PatchPartition { input, patch } => match values[*input] {
-                Lowered::Features(1) => Lowered::Features(*patch),
+                Lowered::Features { buffer, patch: 1 } => Lowered::Features { buffer, patch: *patch },
                 _ => panic!("only the features can be partitioned"),
             },
             Op::Conv { input, name, size, groups, activation } => {
@@ -266,7 +321,7 @@ impl Lowering<'_> {
             Op::KernelPredict { kernels, patch, weights, .. } => {
                 self.head(&values[*kernels], *patch, *weights)
             }
-            Op::Correct { correction, .. } => self.correct(&values[*correction]),
+            Op::Correct { search, correction } => self.correct(&values[*search], &values[*correction]),
             Op::PatchMerge { input, patch } => self.head(&values[*input], *patch, KernelWeights::Off),
         }
     }
@@ -282,8 +337,9 @@ impl Lowering<'_> {
 
     fn sources(&self, value: &Lowered) -> Vec<Source> {
         match value {
-            Lowered::Features(_) => vec![Source { buffer: FEATURES, resample: Resample::None }],
+            Lowered::Features { buffer, .. } => vec![Source { buffer: *buffer, resample: Resample::None }],
             Lowered::Sources(sources) => sources.clone(),
+            Lowered::Search(_) => panic!("convolutions see a search as a feature"),
             Lowered::Head { .. } | Lowered::Image => panic!("the head writes the image"),
         }
     }
@@ -299,22 +355,27 @@ impl Lowering<'_> {
 
     fn head(&mut self, conv: &Lowered, patch: usize, kernel: KernelWeights) -> Lowered {
         let Lowered::Head { name, input } = conv else { panic!("the image comes from the head") };
+        let features =
+            |step: &Step| if let Step::Features { output, .. } = step { Some(*output) } else { None };
+        let guide = self.steps.iter().find_map(features).expect("features come first");
         self.read(*input);
-        self.read(FEATURES);
+        self.read(guide);
         let (name, input) = (name.clone(), *input);
-        self.steps.push(Step::Head { name, input, guide: FEATURES, patch, kernel });
+        self.steps.push(Step::Head { name, input, guide, patch, kernel, base: None });
         Lowered::Image
     }
 
-    /// The head that wrote the image, or is about to, writes what the features lack instead.
-    fn correct(&mut self, correction: &Lowered) -> Lowered {
+    /// The head that wrote the image, or is about to, adds to what the search found.
+    fn correct(&mut self, search: &Lowered, correction: &Lowered) -> Lowered {
         if matches!(correction, Lowered::Head { .. }) {
-            return self.head(correction, 1, KernelWeights::Correction);
+            self.head(correction, 1, KernelWeights::Off);
         }
-        let Some(Step::Head { kernel, .. }) = self.steps.last_mut() else {
+        let Lowered::Search(found) = *search else { panic!("only a search can be corrected") };
+        let Some(Step::Head { base, .. }) = self.steps.last_mut() else {
             panic!("a correction comes from the head")
         };
-        *kernel = KernelWeights::Correction;
+        *base = Some(found);
+        self.buffers[found].live.1 = self.steps.len() - 1;
         Lowered::Image
     }
 
@@ -343,7 +404,7 @@ fn resampled(value: &Lowered, resample: Resample) -> Lowered {
             }
             _ => panic!("only convolutions are resampled"),
         },
-        Lowered::Features(_) | Lowered::Head { .. } | Lowered::Image => {
+        Lowered::Search(_) | Lowered::Features { .. } | Lowered::Head { .. } | Lowered::Image => {
             panic!("only convolutions are resampled")
         }
     }

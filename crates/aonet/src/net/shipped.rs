@@ -13,7 +13,7 @@ mod tests {
     #[test]
     fn shipped_models_load_and_stay_small() {
         for (bytes, features) in
-            [(super::ANY_RADIUS, Features::NormalRadiusHorizon), (super::PAPER, Features::Normal)]
+            [(super::ANY_RADIUS, Features::normal_radius_horizon()), (super::PAPER, Features::normal())]
         {
             let model = Model::from_bytes(bytes).unwrap();
             assert_eq!(model.config().features, features);

@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Result};
 use crate::net::config::KernelWeights;
-use crate::net::graph::{GUIDE_CHANNELS, Graph, Init, Node, Op, ParamSpec, WINDOW};
+use crate::net::graph::{GUIDE_CHANNELS, Graph, Init, Op, ParamSpec, ValueId, WINDOW};
 use crate::random::SplitMix64;
 use std::collections::BTreeMap;
 
@@ -108,12 +108,15 @@ fn brighten_head(graph: &Graph, tensors: &mut BTreeMap<String, Tensor>) {
     if graph.init != Init::He {
         return;
     }
-    let kernel = match graph.nodes().last() {
-        Some(Node { op: Op::KernelPredict { weights, .. }, .. }) => *weights,
-        Some(Node { op: Op::Correct { .. }, .. }) => KernelWeights::Correction,
-        Some(_) | None => KernelWeights::Off,
+    let of_output = |value: ValueId| match &graph.nodes()[value].op {
+        Op::KernelPredict { weights, .. } => *weights,
+        _ => KernelWeights::Off,
     };
-    let shrink = if kernel == KernelWeights::Correction { CORRECTION_SHRINK } else { HEAD_SHRINK };
+    let (kernel, corrects) = match &graph.nodes()[graph.output()].op {
+        Op::Correct { correction, .. } => (of_output(*correction), true),
+        _ => (of_output(graph.output()), false),
+    };
+    let (shrink, start) = if corrects { (CORRECTION_SHRINK, OVERSHOOT) } else { (HEAD_SHRINK, BRIGHT) };
     if let Some(weight) = tensors.get_mut("head.weight") {
         weight.values.iter_mut().for_each(|w| *w *= shrink);
     }
@@ -121,12 +124,11 @@ fn brighten_head(graph: &Graph, tensors: &mut BTreeMap<String, Tensor>) {
         for (i, b) in bias.values.iter_mut().enumerate() {
             let taps = (WINDOW * WINDOW) as f32;
             *b = match kernel {
-                KernelWeights::Off => BRIGHT,
+                KernelWeights::Off => start,
                 // z of the normal alone.
                 KernelWeights::Linear if i % GUIDE_CHANNELS == 2 => {
-                    BRIGHT / MEAN_NORMAL_Z * GUIDE_CHANNELS as f32 / taps
+                    start / MEAN_NORMAL_Z * GUIDE_CHANNELS as f32 / taps
                 }
-                KernelWeights::Correction => OVERSHOOT,
                 KernelWeights::Linear | KernelWeights::Softmax => 0.0,
             };
         }

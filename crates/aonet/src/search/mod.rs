@@ -32,6 +32,7 @@ use crate::simd::lanes::{F, LANES};
 use crate::simd::{Isa, Kernel, Level, Simd, Wide};
 pub(crate) use denoise::Denoise;
 use nnao_weights::NnaoWeights;
+pub(crate) use noise::noise_of;
 use params::Knobs;
 use rayon::prelude::*;
 use screen::{Pixels, Screen};
@@ -243,45 +244,39 @@ pub struct KnobValue {
     pub value: f32,
 }
 
-/// What networks see and correct: attenuated GTAO, as `agtao:tuned`.
-pub(crate) const HORIZONS: AgtaoParams = AgtaoParams {
-    slices: 3,
-    steps: 6,
-    radius_scale: 1.348_342_2,
-    attenuation: 0.741_921_25,
-    angle_bias: 2.367_428,
-    distribution: 1.872_475_7,
-    power: 1.366_998_1,
-    denoise_passes: 1,
-    denoise_plane: 0.015_295_454,
-    denoise_normal: 5.945_274_4,
-};
-
-/// Rows from `first` on of [`HORIZONS`] before the filter. Allocates nothing.
-pub(crate) fn horizon_rows(
+/// Writes consecutive rows of attenuated GTAO, from row `first` on, before the filter. The background is 1. Allocates nothing.
+pub(crate) fn agtao_rows(
     isa: Isa,
+    of: AgtaoParams,
     (gbuffer, params): (&GBuffer, AoParams),
     (first, rows): (usize, &mut [f32]),
 ) {
     let screen = Screen::new(gbuffer, params);
-    let method = &agtao::Agtao::new(&screen, HORIZONS);
-    isa.run(Rows { screen: &screen, method, first, rows });
+    let method = &agtao::Agtao::new(&screen, of);
+    isa.run(Rows { screen: &screen, method, first, rows: &mut *rows });
+    open_background(gbuffer, (first, rows));
 }
 
-/// The same after the filter; `visibility` is what [`horizon_rows`] wrote, all of it. The background is 1.
-pub(crate) fn filtered_rows(
+/// Writes consecutive rows, from row `first` on, of one pass of a filter over HxW `visibility`. The background is 1. Allocates
+/// nothing.
+pub(crate) fn filter_rows(
     isa: Isa,
+    by: Denoise,
     (gbuffer, params): (&GBuffer, AoParams),
     visibility: &[f32],
     (first, rows): (usize, &mut [f32]),
 ) {
     let screen = Screen::new(gbuffer, params);
     for (i, line) in rows.chunks_exact_mut(gbuffer.width()).enumerate() {
-        let y = first + i;
-        denoise::row(&screen, HORIZONS.denoise(), visibility, (y, line), isa);
-        let depth = &gbuffer.depth()[y * gbuffer.width()..];
-        line.iter_mut().zip(depth).filter(|(_, d)| **d == f32::INFINITY).for_each(|(v, _)| *v = 1.0);
+        denoise::row(&screen, by, visibility, (first + i, line), isa);
     }
+    open_background(gbuffer, (first, rows));
+}
+
+/// Sets consecutive rows, from row `first` on, to 1 on the background.
+fn open_background(gbuffer: &GBuffer, (first, rows): (usize, &mut [f32])) {
+    let depth = &gbuffer.depth()[first * gbuffer.width()..];
+    rows.iter_mut().zip(depth).filter(|(_, d)| **d == f32::INFINITY).for_each(|(v, _)| *v = 1.0);
 }
 
 /// What a method does for neighbouring pixels. All it calls must be `#[inline(always)]`.

@@ -29,6 +29,11 @@ pub(crate) fn noise_at<S: Wide>(simd: S, x: usize, y: usize) -> [F<S>; 2] {
     [F::load(simd, row(0)), F::load(simd, row(1))]
 }
 
+/// The numbers of one pixel.
+pub(crate) fn noise_of(x: usize, y: usize) -> [f32; 2] {
+    [0, 1].map(|which| NOISE[which][y % TILE][x % TILE])
+}
+
 /// The first of them for a whole row of the tile.
 pub(crate) fn noise_row(y: usize) -> &'static [f32] {
     &NOISE[0][y % TILE][..TILE]

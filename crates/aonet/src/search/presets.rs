@@ -33,8 +33,6 @@ mod tests {
             assert_eq!(Classic::named(&format!("{name}:tuned")).unwrap(), method);
             assert_ne!(method, Classic::named(name).unwrap());
         }
-        // What networks were trained with.
-        assert_eq!(Classic::named("agtao:tuned").unwrap(), Classic::Agtao(crate::search::HORIZONS));
         let [low, high] = ["gtao:low", "gtao:high"].map(|name| Classic::named(name).unwrap());
         assert_eq!((low.taps(), high.taps()), (4, 18));
         assert_eq!(high, Classic::named("gtao").unwrap());

@@ -1,7 +1,12 @@
 //! Frames, models and comparisons for the tests of the runtimes.
 #![allow(dead_code, reason = "each test program uses some of it")]
 
-use aonet::net::{Arch, Features, Graph, KernelWeights, Model, ModelConfig, TrainingFacts, Weights};
+use aonet::net::features::search_visibility;
+use aonet::net::naive::{self, Planes};
+use aonet::net::{
+    Arch, Channel, Features, Graph, KernelWeights, Model, ModelConfig, Output, SearchConfig, TrainingFacts,
+    Weights,
+};
 use aonet::{AoImage, AoParams, Camera, GBuffer, Projection, Size};
 
 /// Numbers in [0, 1) from a seed: xorshift64*.
@@ -74,12 +79,13 @@ pub(crate) fn model(config: ModelConfig, seed: u64) -> Model {
     let mut tensors = Weights::init(&graph, seed).tensors().clone();
     let mut random = Random::new(seed);
     // Sixteen kernel weights of 0.1 times normals that face the viewer, over three, make 0.5.
-    let (head_scale, head_bias) = match config.kernel {
-        KernelWeights::Off => (2.0, 0.5),
+    let (head_scale, head_bias) = match (config.output, config.kernel) {
+        (Output::Visibility, KernelWeights::Off) => (2.0, 0.5),
+        (Output::Visibility, KernelWeights::Linear) => (0.5, 0.1),
         // Most of the test frames are open.
-        KernelWeights::Correction => (2.0, -0.4),
-        KernelWeights::Linear => (0.5, 0.1),
-        KernelWeights::Softmax => (10.0, 0.0),
+        (Output::Correction, KernelWeights::Off) => (2.0, -0.4),
+        (Output::Correction, KernelWeights::Linear) => (0.5, -0.08),
+        (Output::Visibility | Output::Correction, KernelWeights::Softmax) => (10.0, 0.0),
     };
     for (name, tensor) in &mut tensors {
         match name.as_str() {
@@ -102,7 +108,26 @@ pub(crate) fn model(config: ModelConfig, seed: u64) -> Model {
 
 /// A small network: quick for the oracle.
 pub(crate) fn small(features: Features, patch: usize, kernel: KernelWeights) -> ModelConfig {
-    ModelConfig { features, patch, kernel, encoder: vec![5, 17], decoder: vec![18], ..ModelConfig::paper() }
+    let (encoder, decoder) = (vec![5, 17], vec![18]);
+    ModelConfig { patch, kernel, encoder, decoder, ..seeing(features) }
+}
+
+/// The paper's network with other features, and with a search if they show one.
+pub(crate) fn seeing(features: Features) -> ModelConfig {
+    let search = features.sees(Channel::HorizonOcclusion).then(SearchConfig::tuned);
+    ModelConfig { features, search, ..ModelConfig::paper() }
+}
+
+/// The oracle's image for what the runtime's search finds: whether a tap between two pixels falls on the one or the other
+/// is no matter of the network. `oracle.rs` compares the searches.
+pub(crate) fn oracle(model: &Model, gbuffer: &GBuffer, params: AoParams) -> AoImage {
+    let found = model.config().search.map(|search| Planes {
+        channels: 1,
+        height: gbuffer.height(),
+        width: gbuffer.width(),
+        values: search_visibility(&search, gbuffer, params).unwrap(),
+    });
+    naive::run_with_search(model, (gbuffer, params), found.as_ref()).unwrap()
 }
 
 pub(crate) fn params() -> AoParams {

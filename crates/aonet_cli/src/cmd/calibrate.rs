@@ -2,7 +2,7 @@
 
 use crate::{output, setup};
 use anyhow::Result;
-use aonet::net::model::Precision;
+use aonet::net::model::WeightFormat;
 use aonet_lab::calibrate;
 use aonet_lab::dataset::Manifest;
 use aonet_scene::atomic_file;
@@ -47,7 +47,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     let ranges =
         calibrate::ranges(&model, &manifest, (args.frames, setup::threads(args.threads)), &progress)?;
     bar.finish_and_clear();
-    let bytes = model.with_ranges(ranges)?.to_bytes(Precision::F16)?;
+    let bytes = model.with_ranges(ranges)?.to_bytes(WeightFormat::F16)?;
     atomic_file::write(&args.output, &bytes)?;
     output::text(&format!("{}\n", args.output.display()))
 }

@@ -13,8 +13,10 @@ use std::path::{Path, PathBuf};
 
 /// Write a network as an ONNX file, for other runtimes.
 ///
-/// Input `features` 1xCxHxW: the network's channels. Output `visibility` 1x1xHxW in [0, 1]; its background is undefined. Names of the channels, configuration and alignment are in the metadata. Without --size, height and width are
-/// free, but multiples of the alignment: pad right and bottom by repeating the edge.
+/// Input `features` 1xCxHxW, what the network sees, and for a network with a search `search` 1x1xHxW, the visibility that it
+/// finds; output `visibility` 1x1xHxW in [0, 1], of which the background means nothing. Names of the channels, configuration,
+/// parameters of the search and alignment are in the metadata. Without --size, height and width are free, but multiples of
+/// the alignment: pad right and bottom by repeating the edge.
 #[derive(Debug, Parser)]
 #[command(after_help = "Examples:
   aonet export runs/a/best.safetensors --onnx a.onnx
@@ -36,8 +38,8 @@ pub(crate) struct Args {
     /// Rewrite linear kernels to be fast in ONNX Runtime; equal results up to rounding.
     #[arg(long)]
     tuned: bool,
-    /// Also write the file's input for this frame, to test another runtime: OUT_FRAME.npy beside OUT.onnx; may be
-    /// repeated.
+    /// Also write what the file takes for this frame, to try it in another runtime: OUT_FRAME.npy beside OUT.onnx, and
+    /// OUT_FRAME_search.npy for a network with a search; may be repeated.
     #[arg(long, value_name = "FRAME.exr")]
     frame: Vec<PathBuf>,
     /// Print facts as JSON.
@@ -56,7 +58,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     is_onnx(&args.onnx)?;
     let file = onnx::export(&model, form, extent)?;
     atomic_file::write(&args.onnx, &file.bytes)?;
-    let write = |frame: &PathBuf| features(args, (&model, extent), frame);
+    let write = |frame: &PathBuf| inputs(args, (&model, extent), frame);
     let frames = args.frame.iter().map(write).collect::<Result<Vec<_>>>()?;
     if args.json {
         return output::json(&json!({
@@ -75,18 +77,20 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     output::text(&format!("{}\n", args.onnx.display()))
 }
 
-/// Writes the features of a frame; returns the path.
-fn features(args: &Args, (model, extent): (&Model, Extent), path: &Path) -> Result<PathBuf> {
+/// Writes what the file takes for a frame; returns where the features are.
+fn inputs(args: &Args, (model, extent): (&Model, Extent), path: &Path) -> Result<PathBuf> {
     let frame = Frame::load(path, &FrameHints::default())?;
     // A network that does not see the radius has it built in.
     let radius = frame.radius.or_else(|| (!model.config().features.sees_radius()).then_some(1.0));
     let radius = radius.with_context(|| format!("{}: no AO radius in the file", path.display()))?;
-    let input = onnx::features(model, extent, (&frame.gbuffer, AoParams::new(radius)?));
-    let input = input.with_context(|| path.display().to_string())?;
-    let name = format!("{}_{}.npy", setup::name_of(&args.onnx), setup::name_of(path));
-    let npy = args.onnx.with_file_name(name);
-    atomic_file::write(&npy, &onnx::npy(&input))?;
-    Ok(npy)
+    let inputs = onnx::inputs(model, extent, (&frame.gbuffer, AoParams::new(radius)?));
+    let name = format!("{}_{}", setup::name_of(&args.onnx), setup::name_of(path));
+    let file = |suffix: &str| args.onnx.with_file_name(format!("{name}{suffix}.npy"));
+    for (input, planes) in inputs.with_context(|| path.display().to_string())? {
+        let suffix = if input == onnx::INPUT { String::new() } else { format!("_{input}") };
+        atomic_file::write(&file(&suffix), &onnx::npy(&planes))?;
+    }
+    Ok(file(""))
 }
 
 /// Refuses a name with another extension: a typing error could overwrite the model.

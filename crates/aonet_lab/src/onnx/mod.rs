@@ -1,10 +1,11 @@
 //! Networks as ONNX files, for other runtimes.
 //!
-//! A file has one input, `features` 1xCxHxW, what [`write_features`](aonet::net::features::write_features) writes, and one
-//! output, `visibility` 1x1xHxW in [0, 1]. It knows nothing of the background: there the caller puts 1, as
+//! A file takes `features` 1xCxHxW: the channels that [`write_features`](aonet::net::features::write_features) writes, without
+//! the search's. A network with a search also takes `search` 1x1xHxW: the visibility that the method finds whose parameters
+//! are in the configuration. The output is `visibility` 1x1xHxW in [0, 1]. It knows nothing of the background: there the caller puts 1, as
 //! [`cpu::Session`](aonet::net::cpu::Session) does.
 
-mod features;
+mod inputs;
 mod ops;
 mod proto;
 #[cfg(test)]
@@ -12,23 +13,25 @@ mod tests;
 mod tuned;
 mod writer;
 
-pub use features::{features, npy};
+pub use inputs::{inputs, npy};
 
 use aonet::Size;
-use aonet::net::Model;
+use aonet::net::{Channel, Model};
 use aonet_scene::error::{Error, Result};
 use prost::Message;
 use serde::Serialize;
 use writer::Writer;
 
-/// Version of the metadata.
-const FORMAT: u32 = 1;
+/// Version of the metadata. In version 1 the features held what the search found.
+const FORMAT: u32 = 2;
 /// ONNX's operators of July 2022: the first set that every runtime of today has in full.
 const OPSET: i64 = 17;
 /// File format of the same time.
 const IR_VERSION: i64 = 8;
-/// Name of the input.
+/// Name of the input with the features.
 pub const INPUT: &str = "features";
+/// Name of the input with what the search found.
+pub const SEARCH: &str = "search";
 /// Name of the output.
 pub const OUTPUT: &str = "visibility";
 
@@ -96,8 +99,9 @@ pub fn export(model: &Model, form: Form, extent: Extent) -> Result<Exported> {
         Size::new(width, height)?;
     }
     let mut writer = Writer::default();
-    let features = padded(&mut writer, model, extent);
-    let raw = ops::write(&mut writer, (model, form), &features);
+    let features = padded(&mut writer, model, extent, INPUT);
+    let search = model.config().search.map(|_| padded(&mut writer, model, extent, SEARCH));
+    let raw = ops::write(&mut writer, (model, form), (&features, search.as_deref()));
     finish(&mut writer, &raw, (features != INPUT).then_some(extent));
     let port = |name, channels| {
         let [height, width] = match extent {
@@ -106,7 +110,8 @@ pub fn export(model: &Model, form: Form, extent: Extent) -> Result<Exported> {
         };
         Port { name, shape: [Side::Fixed(1), Side::Fixed(channels), height, width] }
     };
-    let inputs = vec![port(INPUT, model.config().features.channels().len())];
+    let mut inputs = vec![port(INPUT, own_channels(model).count())];
+    inputs.extend(model.config().search.map(|_| port(SEARCH, 1)));
     let outputs = vec![port(OUTPUT, 1)];
     let graph = proto::Graph {
         node: writer.nodes,
@@ -126,15 +131,22 @@ pub fn export(model: &Model, form: Form, extent: Extent) -> Result<Exported> {
     Ok(Exported { bytes: file.encode_to_vec(), inputs, outputs })
 }
 
-/// The input, padded to the alignment where it has a size of its own.
-fn padded(writer: &mut Writer, model: &Model, extent: Extent) -> String {
+/// The features that a file takes: all but what the search found, which is an input of its own.
+fn own_channels(model: &Model) -> impl Iterator<Item = Channel> {
+    let channels = model.config().features.channels().iter().copied();
+    channels.filter(|channel| *channel != Channel::HorizonOcclusion)
+}
+
+/// An input, padded to the alignment where it has a size of its own.
+fn padded(writer: &mut Writer, model: &Model, extent: Extent, input: &str) -> String {
     let step = model.graph().alignment();
     match extent {
         Extent::Fixed { width, height } if !(width.is_multiple_of(step) && height.is_multiple_of(step)) => {
             let missing = |side: usize| side.next_multiple_of(step) - side;
-            ops::pad_edge(writer, "features/pad", INPUT, [0, 0, missing(height), missing(width)])
+            let sides = [0, 0, missing(height), missing(width)];
+            ops::pad_edge(writer, &format!("{input}/pad"), input, sides)
         }
-        Extent::Fixed { .. } | Extent::Dynamic => INPUT.to_owned(),
+        Extent::Fixed { .. } | Extent::Dynamic => input.to_owned(),
     }
 }
 
@@ -161,11 +173,10 @@ fn value_info(port: &Port) -> proto::ValueInfo {
     proto::ValueInfo { name: port.name.to_owned(), r#type: Some(proto::Type { tensor_type }) }
 }
 
-/// Format number, configuration, names of the input's channels and alignment (px); JSON.
+/// Format number, configuration, names of the features and alignment (px); JSON.
 fn metadata(model: &Model) -> Result<Vec<proto::Entry>> {
     let wrong = |e: serde_json::Error| Error::request("metadata", "JSON", e);
-    let channels = model.config().features.channels();
-    let names: Vec<&str> = channels.iter().map(|channel| channel.name()).collect();
+    let names: Vec<&str> = own_channels(model).map(Channel::name).collect();
     Ok([
         ("aonet.format", FORMAT.to_string()),
         ("aonet.config", serde_json::to_string(model.config()).map_err(wrong)?),

@@ -9,8 +9,16 @@ use aonet::net::{Activation, KernelWeights, Model, Op, Tensor, ValueId};
 /// Position in a slice that stands for the end.
 pub(super) const END: i64 = i64::MAX;
 
-/// Appends the network; returns the name of the visibility before clamping, 1x1xHxW.
-pub(super) fn write(writer: &mut Writer, (model, form): (&Model, Form), features: &str) -> String {
+/// Appends the network, which reads features and what the search found; returns the name of the visibility before
+/// clamping, 1x1xHxW.
+///
+/// # Panics
+/// When the network has a search and nothing was found.
+pub(super) fn write(
+    writer: &mut Writer,
+    (model, form): (&Model, Form),
+    (features, search): (&str, Option<&str>),
+) -> String {
     // Kernels write the head that predicts them.
     let is_head = |value| {
         let reads = |op: &Op| matches!(op, Op::KernelPredict { kernels, .. } if *kernels == value);
@@ -19,7 +27,13 @@ pub(super) fn write(writer: &mut Writer, (model, form): (&Model, Form), features
     let mut values: Vec<String> = Vec::new();
     for (id, node) in model.graph().nodes().iter().enumerate() {
         let value = match &node.op {
-            Op::Input => features.to_owned(),
+            Op::Search { .. } => search.expect("what the search found").to_owned(),
+            Op::Input { features: all, search } => {
+                let shown = all.horizon().zip(search.map(|id| values[id].as_str()));
+                shown.map_or(features.to_owned(), |shown| {
+                    with_occlusion(writer, (features, all.channels().len() - 1), shown)
+                })
+            }
             Op::PatchPartition { input, patch } => {
                 let channels = node.channels / (patch * patch);
                 patch_partition(writer, (&format!("partition{id}"), &values[*input]), (channels, *patch))
@@ -37,8 +51,8 @@ pub(super) fn write(writer: &mut Writer, (model, form): (&Model, Form), features
             Op::Concat { first, second } => {
                 concat(writer, &format!("concat{id}"), &[&values[*first], &values[*second]])
             }
-            Op::Correct { input, channel, correction } => {
-                correct(writer, (&values[*input], *channel), &values[*correction])
+            Op::Correct { search, correction } => {
+                writer.node(("corrected", "Add"), &[&values[*search], &values[*correction]], &[])
             }
             Op::KernelPredict { kernels, guide, patch, weights } => {
                 let inputs = (values[*kernels].as_str(), values[*guide].as_str());
@@ -76,14 +90,15 @@ fn head(model: &Model, kernels: ValueId) -> &str {
 /// The operations that read a value.
 fn readers(model: &Model, value: ValueId) -> impl Iterator<Item = &Op> {
     let reads = move |op: &Op| match op {
-        Op::Input => false,
+        Op::Search { .. } => false,
+        Op::Input { search, .. } => *search == Some(value),
         Op::PatchPartition { input, .. }
         | Op::PatchMerge { input, .. }
         | Op::Conv { input, .. }
         | Op::AvgPool2 { input }
         | Op::Upsample2 { input } => *input == value,
         Op::Concat { first, second } => [*first, *second].contains(&value),
-        Op::Correct { input, correction, .. } => [*input, *correction].contains(&value),
+        Op::Correct { search, correction } => [*search, *correction].contains(&value),
         Op::KernelPredict { kernels, guide, .. } => [*kernels, *guide].contains(&value),
     };
     model.graph().nodes().iter().map(|node| &node.op).filter(move |op| reads(op))
@@ -174,12 +189,20 @@ pub(super) fn concat(writer: &mut Writer, name: &str, inputs: &[&str]) -> String
     writer.node((name, "Concat"), inputs, &[("axis", Attribute::Int(1))])
 }
 
-/// See [`Op::Correct`].
-pub(super) fn correct(writer: &mut Writer, (input, channel): (&str, usize), correction: &str) -> String {
-    let occlusion = channels(writer, ("occlusion", input), (channel, channel + 1));
+/// `count` features with one more: 1 minus what the search found, as channel number `channel`.
+fn with_occlusion(
+    writer: &mut Writer,
+    (features, count): (&str, usize),
+    (channel, found): (usize, &str),
+) -> String {
     let one = writer.scalar(1.0);
-    let found = writer.node(("visibility_found", "Sub"), &[&one, &occlusion], &[]);
-    writer.node(("corrected", "Add"), &[&found, correction], &[])
+    let occlusion = writer.node(("occlusion", "Sub"), &[&one, found], &[]);
+    if channel == count {
+        return concat(writer, "features/all", &[features, &occlusion]);
+    }
+    let before = channels(writer, ("features/before", features), (0, channel));
+    let after = channels(writer, ("features/after", features), (channel, count));
+    concat(writer, "features/all", &[&before, &occlusion, &after])
 }
 
 /// Channels `first..end`.
@@ -219,7 +242,7 @@ fn kernel_predict(
     let neighbours = neighbours(writer, guide);
     let kernels = match weights {
         KernelWeights::Softmax => return softmax_kernels(writer, &kernels, &neighbours),
-        KernelWeights::Linear | KernelWeights::Off | KernelWeights::Correction => kernels,
+        KernelWeights::Linear | KernelWeights::Off => kernels,
     };
     let weighed = writer.node(("weighed", "Mul"), &[&kernels, &neighbours], &[]);
     mean_of_components(writer, &weighed)

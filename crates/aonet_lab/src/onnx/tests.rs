@@ -79,7 +79,9 @@ fn sizes_are_free_or_fixed_and_odd_ones_are_padded() {
     use proto::Size::{Param, Value};
     let free = decoded(ModelConfig::any_radius(), Form::Plain, Extent::Dynamic).graph.unwrap();
     let named = [Param("height".to_owned()), Param("width".to_owned())];
-    assert_eq!(sides(&free.input[0]), [&[Value(1), Value(5)][..], &named].concat());
+    assert_eq!(sides(&free.input[0]), [&[Value(1), Value(4)][..], &named].concat());
+    assert_eq!(sides(&free.input[1]), [&[Value(1), Value(1)][..], &named].concat());
+    assert_eq!((free.input.len(), free.input[1].name.as_str()), (2, SEARCH));
     assert_eq!(sides(&free.output[0]), [&[Value(1), Value(1)][..], &named].concat());
     let odd = Extent::Fixed { width: 75, height: 41 };
     let odd = decoded(ModelConfig::paper(), Form::Tuned, odd).graph.unwrap();
@@ -116,10 +118,10 @@ fn parameters_and_metadata_are_the_models() {
         assert_eq!(found.raw_data, bytes, "{name}");
     }
     let facts: BTreeMap<_, _> = file.metadata_props.into_iter().map(|e| (e.key, e.value)).collect();
-    assert_eq!((facts["aonet.format"].as_str(), facts["aonet.alignment_px"].as_str()), ("1", "64"));
+    assert_eq!((facts["aonet.format"].as_str(), facts["aonet.alignment_px"].as_str()), ("2", "64"));
     assert_eq!(serde_json::from_str::<ModelConfig>(&facts["aonet.config"]).unwrap(), *model.config());
     let names: Vec<String> = serde_json::from_str(&facts["aonet.features"]).unwrap();
-    assert_eq!(names, ["normal x", "normal y", "normal z", "projected radius", "horizon occlusion"]);
+    assert_eq!(names, ["normal x", "normal y", "normal z", "projected radius"]);
 }
 
 #[test]
@@ -127,16 +129,18 @@ fn every_input_is_written_before_it_is_read() {
     for kernel in [KernelWeights::Off, KernelWeights::Linear, KernelWeights::Softmax] {
         for patch in [1, 2, 4] {
             for form in [Form::Plain, Form::Tuned] {
-                let config = ModelConfig { patch, kernel, ..ModelConfig::paper() };
-                let graph = decoded(config, form, Extent::Dynamic).graph.unwrap();
-                let mut known: Vec<&str> = graph.initializer.iter().map(|t| t.name.as_str()).collect();
-                known.extend([INPUT, ""]);
-                for node in &graph.node {
-                    let unknown = node.input.iter().find(|input| !known.contains(&input.as_str()));
-                    assert_eq!(unknown, None, "{} of {kernel:?} {patch} {form:?}", node.name);
-                    known.push(&node.output[0]);
+                for config in [ModelConfig::paper(), ModelConfig::any_radius()] {
+                    let config = ModelConfig { patch, kernel, ..config };
+                    let graph = decoded(config, form, Extent::Dynamic).graph.unwrap();
+                    let mut known: Vec<&str> = graph.initializer.iter().map(|t| t.name.as_str()).collect();
+                    known.extend(graph.input.iter().map(|input| input.name.as_str()).chain([""]));
+                    for node in &graph.node {
+                        let unknown = node.input.iter().find(|input| !known.contains(&input.as_str()));
+                        assert_eq!(unknown, None, "{} of {kernel:?} {patch} {form:?}", node.name);
+                        known.push(&node.output[0]);
+                    }
+                    assert!(known.contains(&OUTPUT));
                 }
-                assert!(known.contains(&OUTPUT));
             }
         }
     }

@@ -3,7 +3,7 @@
 use super::measure::{Measured, Measurements};
 use crate::dataset::{Counts, Manifest, tiny};
 use crate::eval::Row;
-use aonet::net::model::Precision;
+use aonet::net::model::WeightFormat;
 use aonet::net::{Graph, Model, ModelConfig, TrainingFacts, Weights};
 use aonet::{Camera, GBuffer, Projection, Size};
 use aonet_scene::staging::SceneSplit;
@@ -26,7 +26,7 @@ pub(crate) fn save_model(dir: &Path, name: &str, config: ModelConfig) {
         steps: 12,
         ..TrainingFacts::default()
     };
-    let bytes = Model::new(config, weights, facts).unwrap().to_bytes(Precision::F16).unwrap();
+    let bytes = Model::new(config, weights, facts).unwrap().to_bytes(WeightFormat::F16).unwrap();
     std::fs::write(dir.join(format!("{name}.safetensors")), bytes).unwrap();
 }
 

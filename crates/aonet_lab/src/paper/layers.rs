@@ -67,7 +67,7 @@ pub(super) fn costs(
 /// The level of a step, and its multiply-accumulates a pixel.
 fn place(graph: &Graph, step: &Step) -> (Level, f64) {
     match step {
-        Step::Features { .. } => (Level::Features, 0.0),
+        Step::Search { .. } | Step::Filter { .. } | Step::Features { .. } => (Level::Features, 0.0),
         Step::Conv { name, .. } => {
             let (stride, macs) = conv(graph, name);
             let up = name.starts_with("dec") || name.starts_with("up");

@@ -7,7 +7,7 @@ use crate::eval::{self, Contestant, Method, Row};
 use crate::timing;
 use aonet::net::Model;
 use aonet::net::cpu::Options;
-use aonet::net::model::Precision;
+use aonet::net::model::WeightFormat;
 use aonet::search::Classic;
 use aonet_scene::error::Result;
 use rayon::ThreadPool;
@@ -151,7 +151,7 @@ fn facts(trained: &Trained, subject: &Subject<'_>) -> Measured {
     Measured {
         parameters: Some(model.graph().params_count()),
         macs_per_pixel: Some(model.graph().macs_per_pixel()),
-        f16_bytes: model.to_bytes(Precision::F16).ok().map(|bytes| bytes.len()),
+        f16_bytes: model.to_bytes(WeightFormat::F16).ok().map(|bytes| bytes.len()),
         steps: model.facts().steps,
         crops: Some(model.facts().crops).filter(|crops| *crops > 0),
         radius_fits: subject.manifest.is_none_or(|manifest| eval::radius_fits(model, manifest)),

@@ -10,7 +10,7 @@ fn models(dir: &Path) -> Models {
         fixtures::save_model(dir, name, paper());
     }
     fixtures::save_model(dir, "ours", ModelConfig::any_radius());
-    let depth = ModelConfig { features: Features::NormalDepthNormalized, ..paper() };
+    let depth = ModelConfig { features: Features::normal_depth_normalized(), ..paper() };
     fixtures::save_model(dir, "normal_depth_normalized", depth);
     fixtures::save_model(dir, "base_patch", ModelConfig { kernel: KernelWeights::Off, ..paper() });
     Models::load(dir).unwrap()

@@ -7,6 +7,7 @@ pub mod gpu;
 mod memory;
 mod ops;
 mod peaks;
+mod searches;
 
 pub use memory::{peak_mib, reset_peak};
 pub use ops::{OpCost, OpTime, time_ops};
@@ -15,6 +16,7 @@ pub use peaks::Peaks;
 use aonet::net::Model;
 use aonet::net::cpu::{Options, Precision, Session};
 use aonet::net::model::Ranges;
+use aonet::net::plan::Step;
 use aonet::search::Classic;
 use aonet::{AoImage, AoParams, Camera, GBuffer, Size};
 use aonet_scene::{Error, Result};
@@ -34,8 +36,8 @@ pub struct Times {
     pub max_ms: f64,
     /// From a model in memory to its first image: making the session and one run (ms). For classic methods: the first run.
     pub first_ms: f64,
-    /// Median time of a network's first step (ms), part of the others: horizon search, features, patches. 0 for classic
-    /// methods.
+    /// Median time until a network's features are written (ms), part of the others: search, filter, features, patches. 0 for
+    /// classic methods.
     pub features_ms: f64,
     /// Memory of the session (bytes): activations and scratch, without parameters. 0 for classic methods.
     pub session_bytes: usize,
@@ -66,11 +68,13 @@ pub fn time(model: &Model, size: (usize, usize), options: Options, runs: usize) 
     let mut session = Session::with_options(model, gbuffer.window(), options)?;
     session.run(&gbuffer, AoParams::new(RADIUS)?, &mut image)?;
     let first_ms = ms_since(start);
+    let is_features = |step: &Step| matches!(step, Step::Features { .. });
+    let last_of_features = session.plan().steps.iter().position(is_features).unwrap_or(0);
     let (mut times_ms, mut features_ms) = (Vec::with_capacity(runs), Vec::with_capacity(runs));
     for _ in 0..runs.max(1) {
         let start = Instant::now();
         session.run_observed(&gbuffer, AoParams::new(RADIUS)?, &mut image, &mut |step| {
-            if step == 0 {
+            if step == last_of_features {
                 features_ms.push(ms_since(start));
             }
         })?;

@@ -1,5 +1,6 @@
 //! What every step of a plan costs, at least and in fact.
 
+use super::searches::{FILTER_FLOP, search_cost};
 use super::time_steps;
 use aonet::net::cpu::Options;
 use aonet::net::graph::TAPS;
@@ -8,8 +9,9 @@ use aonet::net::{KernelWeights, Model};
 use aonet_scene::Result;
 use serde::Serialize;
 
-/// Bytes of a pixel of the G-buffer: normal and depth.
-const GBUFFER_BYTES: usize = 4 * size_of::<f32>();
+/// Channels and bytes of a pixel of the G-buffer: normal and depth.
+const GBUFFER_CHANNELS: usize = 4;
+const GBUFFER_BYTES: usize = GBUFFER_CHANNELS * size_of::<f32>();
 
 /// What a step has to do, whoever does it.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -26,7 +28,8 @@ pub struct OpCost {
     pub width: usize,
     /// Of what it writes (px or cells).
     pub height: usize,
-    /// Operations of a direct convolution and of the kernels: two for each multiply-add. The horizon search is not counted.
+    /// Operations: two for each multiply-add of a direct convolution and of the kernels; those of a search and its filter as
+    /// [`search_cost`] counts them.
     pub flop: f64,
     /// Bytes of inputs, outputs and parameters as f32, each once, without padding.
     pub bytes: f64,
@@ -58,11 +61,23 @@ pub(super) fn cost(of: (&Model, &Plan), step: &Step) -> OpCost {
     let (width, height) = plan.size;
     let pixels = width * height;
     match step {
-        Step::Features { output, patch } => {
-            let inputs = model.config().features.channels().len();
-            let search = if model.config().features.horizon().is_some() { "horizon search, " } else { "" };
-            let kind = format!("{search}features, patches of {patch}");
+        Step::Search { search, output } => {
+            let method = search.method();
+            let kind = format!("{}, {} taps", method.name(), method.taps());
             let bytes = pixels * GBUFFER_BYTES + buffer_bytes(plan, *output);
+            let flop = search_cost(&method).map_or(0.0, |cost| cost.search) * pixels as f64;
+            op(("search", kind), (GBUFFER_CHANNELS, plan, *output), (flop, bytes))
+        }
+        Step::Filter { input, output, .. } => {
+            let bytes = pixels * GBUFFER_BYTES + buffer_bytes(plan, *input) + buffer_bytes(plan, *output);
+            let flop = FILTER_FLOP * pixels as f64;
+            op(("filter", "5x5, by plane and normal".into()), (1, plan, *output), (flop, bytes))
+        }
+        Step::Features { search, output, patch } => {
+            let inputs = model.config().features.channels().len();
+            let kind = format!("features, patches of {patch}");
+            let found = search.map_or(0, |id| buffer_bytes(plan, id));
+            let bytes = pixels * GBUFFER_BYTES + found + buffer_bytes(plan, *output);
             op(("features", kind), (inputs, plan, *output), (0.0, bytes))
         }
         Step::Conv { name, sources, output, size, groups, .. } => {
@@ -74,21 +89,26 @@ pub(super) fn cost(of: (&Model, &Plan), step: &Step) -> OpCost {
             let kind = format!("{}conv {size}x{size}", before(sources));
             op((name, kind), (inputs, plan, *output), (2.0 * macs as f64, bytes))
         }
-        Step::Head { name, input, guide, kernel, .. } => {
+        Step::Head { name, input, guide, kernel, base, .. } => {
             let (cells, outputs) = (&plan.buffers[*input], head_outputs(model, name));
             let (what, taps) = match kernel {
                 KernelWeights::Off => ("merge", 0),
-                KernelWeights::Correction => ("correct", 0),
                 KernelWeights::Linear => ("kernels", TAPS),
                 KernelWeights::Softmax => ("softmax kernels", TAPS),
             };
-            // The guide where kernels weigh it; depths for the background; the image.
+            // The guide where kernels weigh it, what is corrected, depths for the background, the image.
             let guide = if taps > 0 { buffer_bytes(plan, *guide) } else { 0 };
             let bytes = buffer_bytes(plan, *input)
                 + guide
+                + base.map_or(0, |id| buffer_bytes(plan, id))
                 + 2 * pixels * size_of::<f32>()
                 + parameter_bytes(model, name);
             let macs = cells.channels * outputs * cells.width * cells.height + taps * pixels;
+            let what = match (base, kernel) {
+                (None, _) => what.to_owned(),
+                (Some(_), KernelWeights::Off) => "correct".to_owned(),
+                (Some(_), KernelWeights::Linear | KernelWeights::Softmax) => format!("{what}, correct"),
+            };
             let kind = format!("conv 1x1, {what}");
             let cost = op((name, kind), (cells.channels, plan, *input), (2.0 * macs as f64, bytes));
             OpCost { outputs, width, height, ..cost }
@@ -163,7 +183,9 @@ mod tests {
             // A size that every network takes without padding.
             let (width, height) = (256, 128);
             let (model, costs) = costs(config.clone(), (width, height));
-            let found: f64 = costs.iter().map(|c| c.flop).sum();
+            let searches = ["search", "filter"];
+            let network = costs.iter().filter(|c| !searches.contains(&c.name.as_str()));
+            let found: f64 = network.map(|c| c.flop).sum();
             let expected = 2.0 * model.graph().macs_per_pixel() * (width * height) as f64;
             assert!((found / expected - 1.0).abs() < 1e-12, "{found} {expected} {config:?}");
         }
@@ -184,5 +206,19 @@ mod tests {
         let head = costs.last().unwrap();
         assert_eq!((head.kind.as_str(), head.inputs, head.outputs), ("conv 1x1, kernels", 32, 768));
         assert_eq!((head.width, head.height), (64, 32));
+    }
+
+    #[test]
+    fn a_search_and_its_filter_are_counted_by_themselves() {
+        let (_, costs) = costs(ModelConfig::any_radius(), (64, 32));
+        let names: Vec<_> = costs[..3].iter().map(|c| c.name.as_str()).collect();
+        assert_eq!(names, ["search", "filter", "features"]);
+        assert_eq!(costs[0].kind, "agtao, 36 taps");
+        let pixels = (64 * 32) as f64;
+        // Normal and depth, and what was found: once written, once read and written, once read. Features of 5 channels.
+        let bytes: Vec<_> = costs[..3].iter().map(|c| c.bytes / pixels).collect();
+        assert_eq!(bytes, [20.0, 24.0, 20.0 + 20.0]);
+        assert_eq!(costs[0].flop / pixels, 120.0 + 3.0 * 160.0 + 36.0 * 80.0);
+        assert_eq!(costs.last().unwrap().kind, "conv 1x1, correct");
     }
 }

@@ -5,7 +5,7 @@ use super::samples::{self, Sample};
 use super::validate::Validation;
 use super::{TrainEvent, TrainEvents};
 use crate::dataset::{Manifest, Split};
-use aonet::net::Features;
+use aonet::net::{Features, SearchConfig};
 use aonet_scene::error::{Error, Result};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -27,6 +27,7 @@ pub(crate) struct Loaded {
 #[derive(PartialEq)]
 struct Wanted {
     features: Features,
+    search: Option<SearchConfig>,
     crop: usize,
     validation_frames: usize,
 }
@@ -43,7 +44,8 @@ impl<'a> Frames<'a> {
     /// When a frame is broken or smaller than the crop, or a split has none.
     pub(crate) fn load(&mut self, config: &TrainConfig, events: TrainEvents) -> Result<&Loaded> {
         let wanted = Wanted {
-            features: config.model.features,
+            features: samples::sampled(&config.model),
+            search: config.model.search,
             crop: config.crop,
             validation_frames: config.validation_frames,
         };

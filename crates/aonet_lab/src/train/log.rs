@@ -3,7 +3,7 @@
 use super::step::Losses;
 use super::validate::Scores;
 use aonet::net::Model;
-use aonet::net::model::Precision;
+use aonet::net::model::WeightFormat;
 use aonet_scene::atomic_file;
 use aonet_scene::error::{Error, Result};
 use serde_json::{Value, json};
@@ -109,5 +109,5 @@ fn smooth(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
 
 /// Writes a model with half-precision weights.
 pub(crate) fn save_model(path: &Path, model: &Model) -> Result<()> {
-    atomic_file::write(path, &model.to_bytes(Precision::F16).map_err(Error::in_file(path))?)
+    atomic_file::write(path, &model.to_bytes(WeightFormat::F16).map_err(Error::in_file(path))?)
 }

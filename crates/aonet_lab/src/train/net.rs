@@ -39,18 +39,21 @@ pub(crate) enum Kernels {
     Own,
 }
 
-/// The graph's raw output BxHxW (as Bx1xHxW) for features BxCxHxW whose size is a multiple of its alignment.
+/// The graph's raw output BxHxW (as Bx1xHxW) for planes BxCxHxW whose size is a multiple of its alignment. The planes are the
+/// network's features and, where it has a search that they do not show, what the search found as occlusion: see
+/// [`sampled`](super::samples::sampled).
 pub(crate) fn forward(
     graph: &Graph,
     params: &BTreeMap<String, Param>,
-    features: Tensor<4>,
+    planes: Tensor<4>,
     by: Kernels,
 ) -> Tensor<4> {
     let mut values: Vec<Tensor<4>> = Vec::with_capacity(graph.nodes().len());
     for node in graph.nodes() {
         let of = |value: &usize| values[*value].clone();
         let result = match &node.op {
-            Op::Input => features.clone(),
+            Op::Search { .. } => planes.clone().narrow(1, occlusion_plane(graph), 1).neg() + 1.0,
+            Op::Input { .. } => first_planes(&planes, node.channels),
             Op::PatchPartition { input, patch } => patch_partition(of(input), *patch),
             Op::PatchMerge { input, patch } => patch_merge(of(input), *patch),
             Op::Conv { input, name, size, groups, activation } => {
@@ -69,9 +72,7 @@ pub(crate) fn forward(
                 Kernels::Framework => upsample_axis(upsample_axis(of(input), 2), 3),
             },
             Op::Concat { first, second } => Tensor::cat(vec![of(first), of(second)], 1),
-            Op::Correct { input, channel, correction } => {
-                of(correction) - of(input).narrow(1, *channel, 1) + 1.0
-            }
+            Op::Correct { search, correction } => of(search) + of(correction),
             Op::KernelPredict { kernels, guide, patch, weights } => {
                 kernel_predict((of(kernels), of(guide)), *patch, *weights, by)
             }
@@ -79,6 +80,20 @@ pub(crate) fn forward(
         values.push(result);
     }
     values.pop().expect("a graph has an output")
+}
+
+/// The first planes, without a copy where these are all.
+fn first_planes(planes: &Tensor<4>, count: usize) -> Tensor<4> {
+    if planes.dims()[1] == count { planes.clone() } else { planes.clone().narrow(1, 0, count) }
+}
+
+/// Which plane holds what the search found: the feature that shows it, or the one after all features.
+fn occlusion_plane(graph: &Graph) -> usize {
+    let plane = |op: &Op| match op {
+        Op::Input { features, .. } => Some(features.horizon().unwrap_or(features.channels().len())),
+        _ => None,
+    };
+    graph.nodes().iter().find_map(|node| plane(&node.op)).expect("a graph has features")
 }
 
 fn conv(
@@ -152,7 +167,7 @@ fn kernel_predict(
             let by_component = kernels.reshape([b, pixels, TAPS / GUIDE_CHANNELS, GUIDE_CHANNELS, h * w]);
             softmax(by_component, 2).reshape([b, pixels * TAPS, h, w])
         }
-        KernelWeights::Linear | KernelWeights::Off | KernelWeights::Correction => kernels,
+        KernelWeights::Linear | KernelWeights::Off => kernels,
     };
     if by == Kernels::Own {
         return flex_ops::weigh(kernels, guide);

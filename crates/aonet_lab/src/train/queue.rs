@@ -165,7 +165,7 @@ fn turn(
 mod tests {
     use super::super::tests::{tiny_config, tiny_dataset, tiny_run};
     use super::*;
-    use aonet::net::{Features, ModelConfig};
+    use aonet::net::{Features, ModelConfig, Output};
     use std::sync::Mutex;
 
     fn write(dir: &Path, name: &str, config: &TrainConfig) {
@@ -276,7 +276,12 @@ mod tests {
         assert!(!reads(&mut frames, &TrainConfig { steps: 9, seed: 4, ..config.clone() }));
         let small = TrainConfig { crop: 32, ..config };
         assert!(reads(&mut frames, &small));
-        let normals = ModelConfig { features: Features::Normal, ..small.model.clone() };
+        let normals = ModelConfig {
+            features: Features::normal(),
+            search: None,
+            output: Output::Visibility,
+            ..small.model.clone()
+        };
         let normals = TrainConfig { model: normals, ..small };
         assert!(reads(&mut frames, &normals));
         assert!(reads(&mut frames, &TrainConfig { validation_frames: 1, ..normals.clone() }));

@@ -4,9 +4,9 @@ use super::config::{Augment, TrainConfig};
 use crate::dataset::FrameEntry;
 use crate::dataset::Manifest;
 use crate::frame::{Frame, FrameHints};
-use aonet::net::Features;
 use aonet::net::config::Channel;
-use aonet::net::features::write_features;
+use aonet::net::features::{search_visibility, write_features};
+use aonet::net::{Features, ModelConfig, SearchConfig};
 use aonet::{AoImage, AoParams, GBuffer};
 use aonet_scene::error::{Error, Result};
 use aonet_scene::random::Random;
@@ -17,7 +17,8 @@ use rayon::prelude::*;
 pub(crate) struct Sample {
     pub(crate) width: usize,
     pub(crate) height: usize,
-    channels: &'static [Channel],
+    /// What is stored: see [`sampled`].
+    features_of: Features,
     /// CxHxW.
     features: Vec<f16>,
     /// HxW visibility.
@@ -36,12 +37,21 @@ pub(crate) struct Crop {
 const LEAST_FOREGROUND: f32 = 0.3;
 const DRAWS: u64 = 6;
 
+/// The planes of a sample for training this network: its features, and what its search found where they do not show it.
+pub(crate) fn sampled(model: &ModelConfig) -> Features {
+    let features = model.features.clone();
+    match model.search {
+        Some(_) if features.horizon().is_none() => features.with(Channel::HorizonOcclusion),
+        Some(_) | None => features,
+    }
+}
+
 impl Sample {
     /// Reads a frame of a dataset.
     ///
     /// # Errors
     /// When the file is broken or holds no reference.
-    pub(crate) fn load(manifest: &Manifest, entry: &FrameEntry, features: Features) -> Result<Self> {
+    pub(crate) fn load(manifest: &Manifest, entry: &FrameEntry, model: &ModelConfig) -> Result<Self> {
         let path = manifest.path(entry);
         let hints = FrameHints {
             view: Some(entry.view.clone()),
@@ -51,20 +61,21 @@ impl Sample {
         let frame = Frame::load(&path, &hints)?;
         let ao = frame.ao.ok_or_else(|| Error::file(&path, "a channel `ao`", "none"))?;
         let params = AoParams::new(entry.radius).map_err(Error::in_file(&path))?;
-        Self::new((&frame.gbuffer, params), &ao, features).map_err(Error::in_file(&path))
+        let of = (sampled(model), model.search);
+        Self::new((&frame.gbuffer, params), &ao, of).map_err(Error::in_file(&path))
     }
 
-    fn new((gbuffer, params): (&GBuffer, AoParams), ao: &AoImage, features: Features) -> aonet::Result<Self> {
+    fn new(
+        (gbuffer, params): (&GBuffer, AoParams),
+        ao: &AoImage,
+        (features_of, search): (Features, Option<SearchConfig>),
+    ) -> aonet::Result<Self> {
         let (width, height) = (gbuffer.width(), gbuffer.height());
-        let mut planes = vec![0.0; features.channels().len() * width * height];
-        write_features(features, (gbuffer, params), &mut planes, (width, width * height));
-        Ok(Self {
-            width,
-            height,
-            channels: features.channels(),
-            features: to_half(&planes),
-            target: to_half(ao.visibility()),
-        })
+        let found = search.map(|search| search_visibility(&search, gbuffer, params)).transpose()?;
+        let found = found.as_deref().unwrap_or(&[]);
+        let mut planes = vec![0.0; features_of.channels().len() * width * height];
+        write_features(&features_of, (gbuffer, params), found, &mut planes, (width, width * height));
+        Ok(Self { width, height, features_of, features: to_half(&planes), target: to_half(ao.visibility()) })
     }
 
     /// Mean visibility over the whole frame.
@@ -76,7 +87,7 @@ impl Sample {
     fn crop(&self, (x, y, side): (usize, usize, usize), symmetry: Symmetry) -> Crop {
         let area = side * side;
         let mut crop = Crop {
-            features: vec![0.0; self.channels.len() * area],
+            features: vec![0.0; self.features_of.channels().len() * area],
             target: vec![0.0; area],
             foreground: vec![0.0; area],
         };
@@ -93,17 +104,17 @@ impl Sample {
     /// Hands out the turned channels of pixel `from`.
     fn pixel(&self, from: usize, symmetry: Symmetry, mut put: impl FnMut(usize, f32)) {
         let value = |c: usize| self.features[c * self.width * self.height + from].to_f32();
-        for (c, channel) in self.channels.iter().enumerate() {
+        for (c, channel) in self.features_of.channels().iter().enumerate() {
             match channel {
-                Channel::Normal(k) | Channel::Position(k) => {
-                    let first = c - usize::from(*k);
-                    put(c, symmetry.vector([0, 1, 2].map(|k| value(first + k)))[usize::from(*k)]);
+                Channel::Normal(axis) | Channel::Position(axis) => {
+                    let first = c - axis.index();
+                    put(c, symmetry.vector([0, 1, 2].map(|k| value(first + k)))[axis.index()]);
                 }
-                Channel::NormalEncoded(k) => {
-                    let first = c - usize::from(*k);
+                Channel::NormalEncoded(axis) => {
+                    let first = c - axis.index();
                     let encoded = [0, 1, 2].map(|k| value(first + k));
                     let turned = symmetry.vector(encoded.map(|e| 2.0 * e - 1.0)).map(|n| 0.5 * n + 0.5);
-                    put(c, if encoded == [0.0; 3] { 0.0 } else { turned[usize::from(*k)] });
+                    put(c, if encoded == [0.0; 3] { 0.0 } else { turned[axis.index()] });
                 }
                 Channel::Depth
                 | Channel::DepthNormalized
@@ -160,7 +171,7 @@ pub(crate) fn load_all(
     progress: &(dyn Fn() + Sync),
 ) -> Result<Vec<Sample>> {
     let load = |&(manifest, entry): &(&Manifest, &FrameEntry)| {
-        let sample = Sample::load(manifest, entry, config.model.features)?;
+        let sample = Sample::load(manifest, entry, &config.model)?;
         if sample.width < config.crop || sample.height < config.crop {
             let expected = format!("a frame of at least {0}x{0}, the training crop", config.crop);
             return Err(Error::file(
@@ -239,10 +250,10 @@ mod tests {
         let gbuffer = GBuffer::new(camera, depth, (0..256).map(normal).collect::<Vec<_>>()).unwrap();
         let crop = |features| {
             let ao = AoImage::open(Size::px(16, 16));
-            let sample = Sample::new((&gbuffer, AoParams::new(1.0).unwrap()), &ao, features).unwrap();
+            let sample = Sample::new((&gbuffer, AoParams::new(1.0).unwrap()), &ao, (features, None)).unwrap();
             sample.crop((0, 0, 16), Symmetry { mirror: true, quarter_turns: 1 })
         };
-        let (plain, encoded) = (crop(Features::Normal), crop(Features::NormalEncoded));
+        let (plain, encoded) = (crop(Features::normal()), crop(Features::normal_encoded()));
         assert_eq!(plain.foreground, encoded.foreground);
         for (i, (n, e)) in plain.features.iter().zip(&encoded.features).enumerate() {
             let expected = 0.5 * (n + 1.0) * plain.foreground[i % 256];

@@ -3,12 +3,14 @@
 use super::loss::Loss;
 use super::net::Kernels;
 use super::optimizer::Gradients;
-use super::samples::Crop;
+use super::samples::{self, Crop};
 use super::step::{Stepper, single_threaded_pools};
 use super::{Augment, LossConfig, Optimizer, TrainConfig, TrainDevice, TrainRun, net, train};
 use crate::dataset::{DatasetParams, DatasetPlan, Manifest, Preset, Work};
-use aonet::net::naive::{self, Planes};
-use aonet::net::{Arch, Features, Graph, KernelWeights, Model, ModelConfig, Skips, TrainingFacts, Weights};
+use aonet::net::naive::{self, Inputs, Planes};
+use aonet::net::{
+    Arch, Features, Graph, KernelWeights, Model, ModelConfig, Output, Skips, TrainingFacts, Weights,
+};
 use aonet_scene::scene::procedural::Kind;
 use aonet_scene::staging::{SceneSpec, SceneSplit};
 use burn::tensor::{Device, Tensor, TensorData};
@@ -66,12 +68,16 @@ fn small(config: ModelConfig) -> ModelConfig {
 fn the_trainer_agrees_with_the_oracle_for_every_row_of_the_tables() {
     for patch in [1, 4] {
         for kernel in [KernelWeights::Off, KernelWeights::Linear, KernelWeights::Softmax] {
-            for features_kind in [Features::Normal, Features::NormalProjectedRadius] {
-                let config =
-                    small(ModelConfig { patch, kernel, features: features_kind, ..ModelConfig::paper() });
+            for features_kind in [Features::normal(), Features::normal_projected_radius()] {
+                let config = small(ModelConfig {
+                    patch,
+                    kernel,
+                    features: features_kind.clone(),
+                    ..ModelConfig::paper()
+                });
                 let model = model(config, 3);
                 let input = features(features_kind.channels().len(), (32, 48));
-                let expected = naive::evaluate(&model, input.clone()).values;
+                let expected = naive::evaluate(&model, &input.clone().into()).values;
                 for by in [Kernels::Framework, Kernels::Own] {
                     let found = through_the_trainer(&model, &input, by);
                     let difference = largest_difference(&expected, &found);
@@ -89,9 +95,36 @@ fn the_trainer_agrees_with_the_oracle_for_the_baselines_and_without_skips() {
         let channels = config.features.channels().len();
         let model = model(config, 3);
         let input = features(channels, (32, 64));
-        let expected = naive::evaluate(&model, input.clone()).values;
+        let expected = naive::evaluate(&model, &input.clone().into()).values;
         for by in [Kernels::Framework, Kernels::Own] {
             let difference = largest_difference(&expected, &through_the_trainer(&model, &input, by));
+            assert!(difference < AGREEMENT, "{:?}, {by:?}: {difference}", model.config());
+        }
+    }
+}
+
+#[test]
+fn the_trainer_agrees_with_the_oracle_about_searches() {
+    let ours = small(ModelConfig::any_radius());
+    let unseen = ModelConfig { features: Features::normal(), ..ours.clone() };
+    let uncorrected = ModelConfig { output: Output::Visibility, ..ours.clone() };
+    let kernels = ModelConfig { kernel: KernelWeights::Linear, ..ours.clone() };
+    for config in [ours, unseen, uncorrected, kernels] {
+        let sampled = samples::sampled(&config);
+        let model = model(config, 3);
+        let planes = features(sampled.channels().len(), (64, 64));
+        let area = 64 * 64;
+        let occlusion = sampled.horizon().expect("a search is sampled") * area;
+        let found = planes.values[occlusion..][..area].iter().map(|occlusion| 1.0 - occlusion).collect();
+        let channels = model.config().features.channels().len();
+        let plane = |channels: usize, values| Planes { channels, height: 64, width: 64, values };
+        let inputs = Inputs {
+            features: plane(channels, planes.values[..channels * area].to_vec()),
+            search: Some(plane(1, found)),
+        };
+        let expected = naive::evaluate(&model, &inputs).values;
+        for by in [Kernels::Framework, Kernels::Own] {
+            let difference = largest_difference(&expected, &through_the_trainer(&model, &planes, by));
             assert!(difference < AGREEMENT, "{:?}, {by:?}: {difference}", model.config());
         }
     }
@@ -105,7 +138,7 @@ fn the_agreement_check_sees_one_changed_weight() {
     tensors.get_mut("dec0.conv1.weight").unwrap().values[11] += 0.05;
     let weights = Weights::new(model.graph(), tensors).unwrap();
     let changed = Model::new(model.config().clone(), weights, TrainingFacts::default()).unwrap();
-    let expected = naive::evaluate(&model, input.clone()).values;
+    let expected = naive::evaluate(&model, &input.clone().into()).values;
     for by in [Kernels::Framework, Kernels::Own] {
         let difference = largest_difference(&expected, &through_the_trainer(&changed, &input, by));
         assert!(difference > 10.0 * AGREEMENT, "{by:?}: {difference}");

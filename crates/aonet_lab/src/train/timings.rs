@@ -3,7 +3,7 @@
 
 use super::LossConfig;
 use super::loss::Loss;
-use super::samples::Crop;
+use super::samples::{self, Crop};
 use super::step::{LEAK, Stepper, single_threaded_pools};
 use aonet::net::{Graph, ModelConfig, Weights};
 use burn::tensor::Device;
@@ -38,7 +38,7 @@ fn time(name: &str, config: &ModelConfig) {
     let workers = single_threaded_pools(1);
     let stepper =
         Stepper { graph: &graph, loss: &loss, device: &device, workers: &workers, side: SIDE, leak: LEAK };
-    let channels = config.features.channels().len();
+    let channels = samples::sampled(config).channels().len();
     let crops: Vec<_> = (0..BATCH).map(|i| crop(channels, i)).collect();
     let seconds = || {
         let start = cpu_seconds();

@@ -2,8 +2,8 @@
 
     run_onnx.py FOLDER
 
-FOLDER/cases.json is a list of {"name", "shape"}; NAME.onnx runs on NAME.npy (f32, of that shape), and what comes
-out becomes NAME.visibility (f32).
+FOLDER/cases.json is a list of {"name", "shapes"}; NAME.onnx runs on NAME.INPUT.npy for every input (f32, of its shape), and
+what comes out becomes NAME.visibility (f32).
 """
 import json
 import pathlib
@@ -20,10 +20,12 @@ for case in json.loads((folder / "cases.json").read_text()):
     path = folder / f"{case['name']}.onnx"
     onnx.checker.check_model(str(path), full_check=True)
     session = onnxruntime.InferenceSession(str(path), options, providers=["CPUExecutionProvider"])
-    assert [i.name for i in session.get_inputs()] == ["features"], case
-    features = np.load(folder / f"{case['name']}.npy")
-    assert features.dtype == np.float32 and list(features.shape) == case["shape"], (case, features.shape)
-    (visibility,) = session.run(["visibility"], {"features": features})
-    batch, _, height, width = case["shape"]
+    shapes = case["shapes"]
+    assert sorted(i.name for i in session.get_inputs()) == sorted(shapes), case
+    inputs = {name: np.load(folder / f"{case['name']}.{name}.npy") for name in shapes}
+    for name, values in inputs.items():
+        assert values.dtype == np.float32 and list(values.shape) == shapes[name], (case, values.shape)
+    (visibility,) = session.run(["visibility"], inputs)
+    batch, _, height, width = shapes["features"]
     assert visibility.shape == (batch, 1, height, width), (case, visibility.shape)
     visibility.astype(np.float32).tofile(folder / f"{case['name']}.visibility")

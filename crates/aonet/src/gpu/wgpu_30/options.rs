@@ -46,7 +46,7 @@ impl Options {
     }
 
     /// The options of a program that a device can run, for a network that sees these features.
-    pub(crate) fn on(&self, device: &wgpu::Device, features: Features) -> ProgramOptions {
+    pub(crate) fn on(&self, device: &wgpu::Device, features: &Features) -> ProgramOptions {
         let precision = self.precision.on(device, features);
         let kernels = self.kernels.on(device, precision);
         ProgramOptions { precision, kernels, textures: self.textures() }
@@ -56,7 +56,7 @@ impl Options {
 impl Precision {
     /// What it comes to on a device for a network that sees these features: positions and depths in world units may be
     /// anything, and do not fit in 16 bits.
-    pub fn on(self, device: &wgpu::Device, features: Features) -> Self {
+    pub fn on(self, device: &wgpu::Device, features: &Features) -> Self {
         match device.features().contains(wgpu::Features::SHADER_F16) {
             true => self.of(features),
             false => Self::F32,

@@ -1,12 +1,13 @@
 //! AO-Net §3.2–3.3: a U-Net over patches whose head predicts kernels over the normals.
 
 use super::conv;
-use crate::net::config::{KernelWeights, ModelConfig, Skips};
+use crate::net::config::{KernelWeights, ModelConfig, Output, Skips};
 use crate::net::graph::{Activation, Graph, Op, ValueId};
 
 /// Builds the graph of a checked configuration.
 pub(crate) fn build(config: &ModelConfig) -> Graph {
-    let (mut graph, input) = Graph::with_input(config.features.channels().len());
+    let (mut graph, inputs) = Graph::begin(config);
+    let input = inputs.features;
     let patch = config.patch;
     let mut x = if patch > 1 { graph.push(Op::PatchPartition { input, patch }, 0) } else { input };
     let mut skips = Vec::new();
@@ -26,21 +27,23 @@ pub(crate) fn build(config: &ModelConfig) -> Graph {
         };
         x = double_conv(&mut graph, x, &format!("dec{level}"), channels);
     }
-    match config.kernel {
-        KernelWeights::Off | KernelWeights::Correction => {
-            let mut x = conv(&mut graph, x, ("head", 1, 1, Activation::Linear), patch * patch);
-            if patch > 1 {
-                x = graph.push(Op::PatchMerge { input: x, patch }, 0);
-            }
-            if let (KernelWeights::Correction, Some(channel)) = (config.kernel, config.features.horizon()) {
-                graph.push(Op::Correct { input, channel, correction: x }, 0);
-            }
+    x = match config.kernel {
+        KernelWeights::Off => {
+            let x = conv(&mut graph, x, ("head", 1, 1, Activation::Linear), patch * patch);
+            if patch > 1 { graph.push(Op::PatchMerge { input: x, patch }, 0) } else { x }
         }
         weights @ (KernelWeights::Linear | KernelWeights::Softmax) => {
             let outputs = patch * patch * weights.outputs_per_pixel();
             let kernels = conv(&mut graph, x, ("head", 1, 1, Activation::Linear), outputs);
-            graph.push(Op::KernelPredict { kernels, guide: input, patch, weights }, 0);
+            graph.push(Op::KernelPredict { kernels, guide: input, patch, weights }, 0)
         }
+    };
+    match (config.output, inputs.search) {
+        (Output::Correction, Some(search)) => {
+            graph.push(Op::Correct { search, correction: x }, 0);
+        }
+        (Output::Correction, None) => unreachable!("a checked configuration has a search to correct"),
+        (Output::Visibility, _) => {}
     }
     graph
 }

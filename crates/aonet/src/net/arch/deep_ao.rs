@@ -4,11 +4,11 @@
 
 use super::conv;
 use crate::net::config::ModelConfig;
-use crate::net::graph::{Activation, Graph, Op, ValueId};
+use crate::net::graph::{Activation, Graph, Inputs, Op, ValueId};
 
 /// Builds the graph of a checked configuration.
 pub(crate) fn build(config: &ModelConfig) -> Graph {
-    let (mut graph, input) = Graph::with_input(config.features.channels().len());
+    let (mut graph, Inputs { features: input, .. }) = Graph::begin(config);
     let mut x = conv3(&mut graph, input, "inc", config.encoder[0]);
     let mut skips = Vec::new();
     for (level, pair) in config.encoder.windows(2).enumerate() {

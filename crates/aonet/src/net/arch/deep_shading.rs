@@ -4,14 +4,14 @@
 
 use super::conv;
 use crate::net::config::ModelConfig;
-use crate::net::graph::{Activation, Graph, Init, Op};
+use crate::net::graph::{Activation, Graph, Init, Inputs, Op};
 
 /// Output channels of a group; the first and last convolutions have one group.
 const GROUP: usize = 8;
 
 /// Builds the graph of a checked configuration.
 pub(crate) fn build(config: &ModelConfig) -> Graph {
-    let (mut graph, mut x) = Graph::with_input(config.features.channels().len());
+    let (mut graph, Inputs { features: mut x, .. }) = Graph::begin(config);
     graph.init = Init::DeepShading;
     let groups = |channels: usize| (channels / GROUP).max(1);
     let mut skips = Vec::new();

@@ -33,11 +33,11 @@ impl Session {
     }
 }
 
-/// The buffer that a step writes.
+/// The buffer that a step writes for convolutions to read.
 fn written_by(plan: &Plan, step: usize) -> Option<usize> {
     match &plan.steps[step] {
         Step::Features { output, .. } | Step::Conv { output, .. } => Some(*output),
-        Step::Head { .. } | Step::Image { .. } => None,
+        Step::Search { .. } | Step::Filter { .. } | Step::Head { .. } | Step::Image { .. } => None,
     }
 }
 
@@ -48,6 +48,7 @@ fn widen(ranges: &mut [[f32; 2]], buffer: &Buffer, (values, lanes): (&[f32], usi
             let (first, step) = match buffer.layout {
                 Layout::Planar => (c * pixels, 1),
                 Layout::Blocked => (c / lanes * pixels * lanes + c % lanes, lanes),
+                Layout::Image => unreachable!("convolutions do not read images"),
             };
             for value in row[first..].iter().step_by(step).take(pixels) {
                 (*least, *greatest) = (least.min(*value), greatest.max(*value));

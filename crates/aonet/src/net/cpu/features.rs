@@ -1,6 +1,9 @@
 //! Features of a frame, padded and partitioned into patches. See [`crate::net::Op::PatchPartition`].
 
 use super::bands::{Band, Workers};
+use crate::frame::ao_image::AoParams;
+use crate::frame::gbuffer::GBuffer;
+use crate::net::config::Features;
 use crate::net::features::FeatureRows;
 use crate::net::plan::{Buffer, HALO};
 use crate::simd::Isa;
@@ -12,6 +15,8 @@ pub(super) struct PartitionFeatures {
     /// Size of the frame (width, height) [px].
     pub(super) size: (usize, usize),
     pub(super) patch: usize,
+    /// What the search found, where a channel shows it.
+    pub(super) search: Option<Buffer>,
     pub(super) output: Buffer,
 }
 
@@ -22,10 +27,19 @@ impl PartitionFeatures {
     }
 
     /// Runs over the arena.
-    pub(super) fn run(&self, isa: Isa, features: &FeatureRows<'_>, workers: &mut Workers, arena: &mut [f32]) {
-        let row_len = self.output.row_len();
-        workers.for_each_band(&mut arena[self.output.range()], row_len, |band| {
-            isa.run(FeatureBand { step: self, features, band });
+    pub(super) fn run(
+        &self,
+        isa: Isa,
+        features: &Features,
+        (gbuffer, params): (&GBuffer, AoParams),
+        (workers, arena): (&mut Workers, &mut [f32]),
+    ) {
+        let search = self.search.as_ref().map_or(0..0, Buffer::range);
+        let [output, search] =
+            arena.get_disjoint_mut([self.output.range(), search]).expect("live buffers do not overlap");
+        let features = FeatureRows::new(features, gbuffer, params, search);
+        workers.for_each_band(output, self.output.row_len(), |band| {
+            isa.run(FeatureBand { step: self, features: &features, band });
         });
     }
 

@@ -30,6 +30,8 @@ pub(super) struct Head {
     pub(super) guide: Buffer,
     pub(super) patch: usize,
     pub(super) kernel: KernelWeights,
+    /// Visibility that the outputs are added to, if there is any.
+    base: Option<Buffer>,
     /// By group of outputs, word of input channels, output of the group.
     pub(super) weights: Aligned,
     /// What a sum is worth, for each output, whole groups.
@@ -44,6 +46,7 @@ impl Head {
     pub(super) fn new(
         recipe: &Recipe<'_>,
         (name, [input, guide], patch, kernel): (&str, [BufferId; 2], usize, KernelWeights),
+        base: Option<BufferId>,
     ) -> Result<Self> {
         let arithmetic = recipe.arithmetic;
         let (weight, bias) = recipe.parameters(name);
@@ -65,7 +68,8 @@ impl Head {
                 weights[first + w * group] = packing::word(arithmetic, numbers.iter().copied());
             }
         }
-        Ok(Self { arithmetic, input, steps, guide, patch, kernel, weights, scales, biases })
+        let base = base.map(|id| recipe.plan.buffers[id].clone());
+        Ok(Self { arithmetic, input, steps, guide, patch, kernel, base, weights, scales, biases })
     }
 
     /// Values of scratch memory that a thread needs.
@@ -78,9 +82,8 @@ impl Head {
         &self,
         (workers, arena): (&mut Workers, &[f32]),
         (gbuffer, image): (&GBuffer, &mut AoImage),
-        horizon_visibility: &[f32],
     ) {
-        let base = (self.kernel == KernelWeights::Correction).then_some(horizon_visibility);
+        let base = self.base.as_ref().map(|base| &arena[base.range()]);
         let (input, guide) = (&arena[self.input.range()], &arena[self.guide.range()]);
         let width = image.width();
         workers.for_each_band(image.visibility_mut(), width * self.patch, |band| {

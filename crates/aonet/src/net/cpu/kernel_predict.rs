@@ -57,7 +57,7 @@ impl Tile<'_> {
         let visibility = &mut rest[..self.head.patch * self.head.patch * cells];
         self.transpose_features(dot, features, cells);
         match self.head.kernel {
-            KernelWeights::Off | KernelWeights::Correction => {
+            KernelWeights::Off => {
                 for (group, out) in visibility.chunks_mut(K * cells).enumerate() {
                     let outputs = self.outputs::<D, N, K>(dot, features, group);
                     for (values, out) in outputs.iter().zip(out.chunks_exact_mut(cells)) {

@@ -26,6 +26,7 @@ mod precision;
 mod recipe;
 mod resample;
 mod ring;
+mod search;
 mod session;
 #[cfg(test)]
 mod tests;

@@ -67,7 +67,12 @@ impl<'a> Recipe<'a> {
 pub(super) fn buffer_name(plan: &Plan, buffer: BufferId) -> &str {
     let written = plan.steps.iter().find_map(|step| match step {
         Step::Conv { name, output, .. } if *output == buffer => Some(name.as_str()),
-        Step::Conv { .. } | Step::Features { .. } | Step::Head { .. } | Step::Image { .. } => None,
+        Step::Conv { .. }
+        | Step::Search { .. }
+        | Step::Filter { .. }
+        | Step::Features { .. }
+        | Step::Head { .. }
+        | Step::Image { .. } => None,
     });
     written.unwrap_or("features")
 }

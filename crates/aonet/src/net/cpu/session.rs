@@ -8,6 +8,7 @@ use super::head::Head;
 use super::image::Image;
 use super::precision::{Arithmetic, Precision};
 use super::recipe::Recipe;
+use super::search::{Filter, Search};
 use super::winograd::{self, Winograd};
 use crate::error::{Error, Result};
 use crate::frame::ao_image::{AoImage, AoParams};
@@ -15,10 +16,8 @@ use crate::frame::gbuffer::GBuffer;
 use crate::frame::size::Size;
 use crate::frame::window::Window;
 use crate::net::config::Features;
-use crate::net::features::FeatureRows;
 use crate::net::model::Model;
-use crate::net::plan::{Plan, Step};
-use crate::search;
+use crate::net::plan::{BufferId, Plan, Step};
 use crate::simd::{Isa, Level};
 
 /// How a session computes.
@@ -54,36 +53,13 @@ pub struct Session {
     workers: Workers,
     arena: Aligned,
     steps: Vec<Prepared>,
-    horizons: Option<Horizons>,
-}
-
-/// What the horizon search of a frame finds, before and after its filter; HxW.
-#[derive(Debug)]
-struct Horizons {
-    found: Aligned,
-    filtered: Aligned,
-}
-
-impl Horizons {
-    fn new(pixels: usize) -> Result<Self> {
-        Ok(Self { found: Aligned::zeros(pixels)?, filtered: Aligned::zeros(pixels)? })
-    }
-
-    fn run(&mut self, isa: Isa, workers: &mut Workers, frame: (&GBuffer, AoParams)) {
-        let width = frame.0.width();
-        workers.for_each_band(&mut self.found, width, |band| {
-            search::horizon_rows(isa, frame, (band.first, band.values));
-        });
-        let found = &self.found;
-        workers.for_each_band(&mut self.filtered, width, |band| {
-            search::filtered_rows(isa, frame, found, (band.first, band.values));
-        });
-    }
 }
 
 /// A step of the plan with its weights.
 #[derive(Debug)]
 enum Prepared {
+    Search(Search),
+    Filter(Filter),
     Features(PartitionFeatures),
     Conv(Conv),
     Winograd(Winograd),
@@ -119,10 +95,9 @@ impl Session {
         let scratch_len = steps.iter().map(Prepared::scratch_len).max().unwrap_or(0);
         let workers = Workers::new(threads, scratch_len)?;
         let arena = Aligned::zeros(plan.arena_len)?;
-        let features = model.config().features;
-        let horizons = features.horizon().map(|_| Horizons::new(size.pixels())).transpose()?;
+        let features = model.config().features.clone();
         let guarded = window.has_margin().then(|| AoImage::open(size));
-        Ok(Self { window, guarded, features, plan, precision, isa, workers, arena, steps, horizons })
+        Ok(Self { window, guarded, features, plan, precision, isa, workers, arena, steps })
     }
 
     /// Writes the visibility of a frame's picture: in [0, 1], 1 on the background. Allocates nothing.
@@ -162,22 +137,17 @@ impl Session {
         self.window.size().expect("AO image of a session", image.size())?;
         let mut guarded = self.guarded.take();
         let buffer = guarded.as_mut().unwrap_or(&mut *image);
-        if let Some(horizons) = &mut self.horizons {
-            horizons.run(self.isa, &mut self.workers, (gbuffer, params));
-        }
-        let horizon: &[f32] = self.horizons.as_ref().map_or(&[], |h| &h.filtered);
-        let features = FeatureRows::new(self.features, gbuffer, params, horizon);
+        let (isa, frame) = (self.isa, (gbuffer, params));
         for (i, step) in self.steps.iter().enumerate() {
+            let (workers, arena) = (&mut self.workers, &mut self.arena[..]);
             match step {
-                Prepared::Features(step) => step.run(self.isa, &features, &mut self.workers, &mut self.arena),
-                Prepared::Conv(conv) => conv.run(&mut self.workers, &mut self.arena),
-                Prepared::Winograd(conv) => conv.run(&mut self.workers, &mut self.arena),
-                Prepared::Head(head) => {
-                    head.run((&mut self.workers, &self.arena), (gbuffer, buffer), horizon);
-                }
-                Prepared::Image(step) => {
-                    step.run(self.isa, (&mut self.workers, &self.arena), (gbuffer, buffer))
-                }
+                Prepared::Search(step) => step.run(isa, frame, (workers, arena)),
+                Prepared::Filter(step) => step.run(isa, frame, (workers, arena)),
+                Prepared::Features(step) => step.run(isa, &self.features, frame, (workers, arena)),
+                Prepared::Conv(conv) => conv.run(workers, arena),
+                Prepared::Winograd(conv) => conv.run(workers, arena),
+                Prepared::Head(head) => head.run((workers, arena), (gbuffer, buffer)),
+                Prepared::Image(step) => step.run(isa, (workers, arena), (gbuffer, buffer)),
             }
             after_step(i, &self.plan, &self.arena);
         }
@@ -205,19 +175,26 @@ impl Session {
 
     /// Bytes of activations and scratch memory; parameters and thread stacks not included.
     pub fn memory_bytes(&self) -> usize {
-        let horizons = self.horizons.as_ref().map_or(0, |h| h.found.len() + h.filtered.len());
-        (self.arena.len() + horizons) * size_of::<f32>() + self.workers.scratch_bytes()
+        self.arena.len() * size_of::<f32>() + self.workers.scratch_bytes()
     }
 }
 
 impl Prepared {
     fn new(step: &Step, recipe: &Recipe<'_>) -> Result<Self> {
         let plan = recipe.plan;
+        let buffer = |id: BufferId| plan.buffers[id].clone();
         Ok(match step {
-            Step::Features { output, patch } => Self::Features(PartitionFeatures {
+            Step::Search { search, output } => {
+                Self::Search(Search { search: *search, output: buffer(*output) })
+            }
+            Step::Filter { search, input, output } => {
+                Self::Filter(Filter { search: *search, input: buffer(*input), output: buffer(*output) })
+            }
+            Step::Features { search, output, patch } => Self::Features(PartitionFeatures {
                 size: plan.size,
                 patch: *patch,
-                output: plan.buffers[*output].clone(),
+                search: search.map(buffer),
+                output: buffer(*output),
             }),
             Step::Conv { name, sources, output, size, groups, activation } => {
                 let shape = [*size, *groups];
@@ -229,15 +206,16 @@ impl Prepared {
                     false => Self::Conv(Conv::new(recipe, step)?),
                 }
             }
-            Step::Head { name, input, guide, patch, kernel } => {
-                Self::Head(Head::new(recipe, (name, [*input, *guide], *patch, *kernel))?)
+            Step::Head { name, input, guide, patch, kernel, base } => {
+                Self::Head(Head::new(recipe, (name, [*input, *guide], *patch, *kernel), *base)?)
             }
-            Step::Image { input } => Self::Image(Image { input: plan.buffers[*input].clone() }),
+            Step::Image { input } => Self::Image(Image { input: buffer(*input) }),
         })
     }
 
     fn scratch_len(&self) -> usize {
         match self {
+            Self::Search(_) | Self::Filter(_) => 0,
             Self::Features(step) => step.scratch_len(),
             Self::Conv(conv) => conv.scratch_len(),
             Self::Winograd(conv) => conv.scratch_len(),

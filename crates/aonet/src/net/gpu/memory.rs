@@ -5,7 +5,7 @@
 
 use crate::gpu::program::BufferId as ProgramBuffer;
 use crate::gpu::program::{Arithmetic, Dispatches};
-use crate::net::plan::{Buffer, BufferId};
+use crate::net::plan::{Buffer, BufferId, Layout};
 
 /// Channels that lie side by side.
 pub(crate) const BLOCK: usize = 4;
@@ -26,7 +26,13 @@ pub(crate) struct Memory {
 impl Memory {
     /// Adds memory for the tensors of a plan to the list.
     pub(crate) fn new(arithmetic: Arithmetic, tensors: &[Buffer], list: &mut Dispatches) -> Self {
-        let bytes = |b: &Buffer| blocks(b.channels) * BLOCK * b.height * b.width * arithmetic.real_bytes();
+        let bytes = |b: &Buffer| match b.layout {
+            Layout::Planar | Layout::Blocked => {
+                blocks(b.channels) * BLOCK * b.height * b.width * arithmetic.real_bytes()
+            }
+            // What searches find is 32-bit in every arithmetic.
+            Layout::Image => b.height * b.width * size_of::<f32>(),
+        };
         let (place, sizes) = share(tensors, bytes);
         let buffers = sizes.iter().map(|bytes| list.storage("activations", *bytes)).collect();
         Self { buffers, place }

@@ -3,16 +3,17 @@
 use crate::error::{Error, Result};
 use crate::gpu::image::{Image, Raw};
 use crate::gpu::options::ProgramOptions;
-use crate::gpu::program::{Arithmetic, Describe, Dispatches, Draw, Program};
+use crate::gpu::program::{Arithmetic, Binding, Describe, Dispatches, Draw, Program};
 use crate::gpu::surface::Surface;
-use crate::net::config::{Features, KernelWeights};
+use crate::net::config::{Channel, Features, SearchConfig};
 use crate::net::gpu::conv::Conv;
-use crate::net::gpu::features;
+use crate::net::gpu::features::{self, Extras};
 use crate::net::gpu::head::Head;
 use crate::net::gpu::memory::Memory;
 use crate::net::graph::Graph;
 use crate::net::model::Model;
 use crate::net::plan::{BufferId, Plan, Step};
+use crate::search::gpu::{agtao, denoise, pixels};
 
 /// Sources of a convolution at most: with weights, bias and output they are within the eight storage buffers that
 /// every device has.
@@ -31,9 +32,11 @@ pub struct Network {
 /// A step of a plan with its weights.
 #[derive(Debug)]
 enum Weighed {
-    Features { output: BufferId, patch: usize },
+    Search { search: SearchConfig, output: BufferId },
+    Filter { search: SearchConfig, input: BufferId, output: BufferId },
+    Features { search: Option<BufferId>, output: BufferId, patch: usize },
     Conv(Conv),
-    Head { head: Head, corrects: bool, patch: usize },
+    Head { head: Head, patch: usize, base: Option<BufferId> },
     Image { input: BufferId },
 }
 
@@ -53,8 +56,8 @@ impl Network {
     /// When a convolution has more inputs than shaders can read.
     pub fn new(model: &Model, options: ProgramOptions) -> Result<Self> {
         let ProgramOptions { precision, kernels, textures } = options;
-        let features = model.config().features;
-        let precision = precision.of(features);
+        let features = model.config().features.clone();
+        let precision = precision.of(&features);
         let arithmetic = Arithmetic { precision, kernels: kernels.of(precision) };
         // Its steps are those of every size.
         let plan = Plan::new(model.graph(), 1, 1)?;
@@ -71,8 +74,10 @@ impl Network {
     /// Adds the dispatches of a plan to the list; returns the draw that ends them.
     fn push(&self, plan: &Plan, list: &mut Dispatches) -> Result<Draw> {
         let memory = Memory::new(self.arithmetic, &plan.buffers, list);
-        let Self { arithmetic, surface, features, .. } = *self;
-        let extras = features::extras(features, surface, plan.size, list);
+        let Self { arithmetic, surface, ref features, .. } = *self;
+        let depth_range = features
+            .sees(Channel::DepthNormalized)
+            .then(|| features::depth_range::push(surface, plan.size, list));
         let sized = Sized { arithmetic, surface, plan, memory: &memory };
         let image = |raw: Raw, patch: usize, base| Image {
             raw,
@@ -83,14 +88,26 @@ impl Network {
         let mut last = None;
         for step in &self.steps {
             match step {
-                Weighed::Features { output, patch } => {
+                Weighed::Search { search, output } => match search {
+                    SearchConfig::Agtao(params) => {
+                        let shader = agtao::shader(surface, params);
+                        let output = Binding::Write(memory.of(*output));
+                        pixels::push(("agtao", shader), &[output], plan.size, list);
+                    }
+                },
+                Weighed::Filter { search, input, output } => {
+                    let shader = denoise::shader(surface, search.filter());
+                    denoise::push(shader, [*input, *output].map(|id| memory.of(id)), plan.size, list);
+                }
+                Weighed::Features { search, output, patch } => {
+                    let extras = Extras { depth_range, search: search.map(|id| memory.of(id)) };
                     features::push(features, (&sized, extras), (*output, *patch), list);
                 }
                 Weighed::Conv(conv) => conv.push(&sized, list),
-                Weighed::Head { head, corrects, patch } => {
+                Weighed::Head { head, patch, base } => {
                     let raw = list.storage("visibility", Head::raw_len(plan) * size_of::<f32>());
                     head.push(&sized, raw, list);
-                    last = Some(image(Raw::Pixels(raw), *patch, extras.horizon.filter(|_| *corrects)));
+                    last = Some(image(Raw::Pixels(raw), *patch, base.map(|id| memory.of(id))));
                 }
                 Weighed::Image { input } => {
                     last = Some(image(Raw::FirstChannel(memory.of(*input)), 1, None));
@@ -115,7 +132,13 @@ impl Weighed {
     fn new(step: &Step, plan: &Plan, model: &Model, arithmetic: Arithmetic) -> Result<Self> {
         let weights = model.weights();
         Ok(match step {
-            Step::Features { output, patch } => Self::Features { output: *output, patch: *patch },
+            Step::Search { search, output } => Self::Search { search: *search, output: *output },
+            Step::Filter { search, input, output } => {
+                Self::Filter { search: *search, input: *input, output: *output }
+            }
+            Step::Features { search, output, patch } => {
+                Self::Features { search: *search, output: *output, patch: *patch }
+            }
             Step::Conv { name, sources, output, size, groups, activation } => {
                 if sources.len() > MAX_SOURCES {
                     let expected = format!("at most {MAX_SOURCES} inputs side by side");
@@ -124,10 +147,9 @@ impl Weighed {
                 let of = (name.as_str(), &sources[..], *output, [*size, *groups], *activation);
                 Self::Conv(Conv::new(arithmetic, plan, weights, of))
             }
-            Step::Head { name, input, guide, patch, kernel } => {
+            Step::Head { name, input, guide, patch, kernel, base } => {
                 let head = Head::new(arithmetic, plan, weights, (name, [*input, *guide], *patch, *kernel));
-                let corrects = *kernel == KernelWeights::Correction;
-                Self::Head { head, corrects, patch: *patch }
+                Self::Head { head, patch: *patch, base: *base }
             }
             Step::Image { input } => Self::Image { input: *input },
         })

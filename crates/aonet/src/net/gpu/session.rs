@@ -19,7 +19,7 @@ impl Session<Network> {
         size: (usize, usize),
         options: Options,
     ) -> Result<Self> {
-        let network = Network::new(model, options.on(on.0, model.config().features))?;
+        let network = Network::new(model, options.on(on.0, &model.config().features))?;
         Self::of(on, network, size, options.output)
     }
 

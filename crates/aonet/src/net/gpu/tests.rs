@@ -286,7 +286,7 @@ fn check_head(
     let guide = planes((4, height * patch, width * patch), 4);
     let kernels = naive::conv(&input, (w, b, 1), Activation::Linear);
     let expected = match kernel {
-        KernelWeights::Off | KernelWeights::Correction => kernels,
+        KernelWeights::Off => kernels,
         KernelWeights::Linear | KernelWeights::Softmax => {
             naive::patch_partition(&naive::kernel_predict(&kernels, &guide, patch, kernel), patch)
         }
@@ -312,10 +312,10 @@ fn check_head(
 
 #[test]
 fn heads() {
-    use KernelWeights::{Correction, Linear, Off, Softmax};
+    use KernelWeights::{Linear, Off, Softmax};
     let on = devices();
     for patch in [1, 2, 4, 8] {
-        for kernel in [Off, Correction, Linear, Softmax] {
+        for kernel in [Off, Linear, Softmax] {
             check_head(&on, 5, (patch, kernel), (9, 4));
         }
     }

@@ -37,7 +37,7 @@ pub(crate) fn validate(source: &str, what: &str) {
 
 #[test]
 fn every_shader_is_valid() {
-    use KernelWeights::{Correction, Linear, Off, Softmax};
+    use KernelWeights::{Linear, Off, Softmax};
     use Resample::{AvgPool, None, Upsample2};
     for matrices in MATRICES {
         validate(matrix_trial::shader(matrices).source(), "trial");
@@ -58,7 +58,7 @@ fn every_shader_is_valid() {
                 }
             }
             for patch in [1, 2, 4, 8] {
-                for kernel in [Off, Correction, Linear, Softmax] {
+                for kernel in [Off, Linear, Softmax] {
                     let shader = head::shader(by, (patch, kernel), rows);
                     validate(shader.source(), &format!("head {patch} {kernel:?}"));
                 }
@@ -74,8 +74,8 @@ fn every_shader_is_valid() {
             let surface = Surface { precision, textures };
             validate(features::depth_range::shader(surface).source(), "depth range");
             for patch in [1, 4] {
-                for channels in FEATURES {
-                    let shader = features::shader(surface, channels, patch);
+                for channels in Features::named() {
+                    let shader = features::shader(surface, &channels, patch);
                     validate(shader.source(), &format!("{channels:?} {patch} {textures:?}"));
                 }
                 for kind in [[false, false], [true, false], [false, true]] {
@@ -106,16 +106,6 @@ const fn of_device(side: usize, lanes: usize) -> Matrices {
 const fn spelt_out(side: usize, lanes: usize) -> Matrices {
     Matrices { side, lanes, spelt_out: true }
 }
-
-const FEATURES: [Features; 7] = [
-    Features::Normal,
-    Features::NormalEncoded,
-    Features::NormalDepth,
-    Features::NormalDepthNormalized,
-    Features::NormalProjectedRadius,
-    Features::NormalRadiusHorizon,
-    Features::NormalPosition,
-];
 
 pub(crate) fn encodings() -> Vec<TextureEncoding> {
     use DepthEncoding::{Linear, Reversed, Standard};

@@ -1,20 +1,10 @@
-//! Attenuated GTAO: the horizon search that networks see and correct. See [`crate::search::agtao`].
+//! Attenuated GTAO. See [`crate::search::agtao`].
 
-use crate::gpu::program::{Binding, BufferId, Dispatches};
 use crate::gpu::shader::Shader;
 use crate::gpu::surface::Surface;
-use crate::search::gpu::denoise;
-use crate::search::gpu::pixels::{self, Reach};
+use crate::search::AgtaoParams;
+use crate::search::gpu::pixels::Reach;
 use crate::search::gpu::slices;
-use crate::search::{AgtaoParams, HORIZONS};
-
-/// Adds the dispatches of the search that networks see; returns its filtered visibility, HxW.
-pub(crate) fn push_horizons(surface: Surface, size: (usize, usize), list: &mut Dispatches) -> BufferId {
-    let [found, filtered] = [(); 2].map(|()| pixels::visibility(list, "horizon visibility", size));
-    pixels::push(("agtao", shader(surface, &HORIZONS)), &[Binding::Write(found)], size, list);
-    denoise::push(denoise::shader(surface, HORIZONS.denoise()), [found, filtered], size, list);
-    filtered
-}
 
 /// The shader of the search.
 pub(crate) fn shader(surface: Surface, params: &AgtaoParams) -> Shader {

@@ -94,7 +94,7 @@ mod tests {
     use super::*;
     use crate::net::gpu::valid::{PRECISIONS, encodings, validate};
     use crate::search::gpu::pyramid;
-    use crate::search::{GtaoParams, HORIZONS, SsaoParams, VbaoParams};
+    use crate::search::{AgtaoParams, GtaoParams, SsaoParams, VbaoParams};
 
     /// Every branch that a parameter chooses.
     fn methods() -> impl Iterator<Item = Classic> {
@@ -115,7 +115,7 @@ mod tests {
                     validate(shader(of, &method).unwrap().source(), &format!("{method:?}"));
                 }
                 validate(pyramid::shader(of, &GtaoParams::default()).source(), "pyramid");
-                validate(denoise::shader(of, HORIZONS.denoise()).source(), "denoise");
+                validate(denoise::shader(of, AgtaoParams::default().denoise()).source(), "denoise");
             }
         }
     }

@@ -1,6 +1,7 @@
 //! What every pass of a frame has to do, whatever the device.
 
 use crate::timing::ops;
+use crate::timing::searches::{FILTER_FLOP, SearchCost, parameter, search_cost};
 use aonet::gpu::Precision;
 use aonet::net::config::Channel;
 use aonet::net::plan::{BufferId, Plan, Step};
@@ -31,12 +32,8 @@ const VISIBILITY: f64 = 4.0;
 const DEPTH_RANGE: f64 = 6.0;
 const FEATURES: f64 = 30.0;
 const IMAGE: f64 = 8.0;
-/// 25 neighbours.
-const DENOISE: f64 = 40.0 + 25.0 * 28.0;
 /// A cell for every four of the finer level, a third as many as pixels in all.
 const PYRAMID: f64 = 35.0 / 3.0;
-/// Of a pixel around which a method looks: what it shows, noise, the exponent.
-const AROUND: f64 = 120.0;
 
 /// The passes of a network's frame in order, for sessions of this size (width, height) (px).
 ///
@@ -48,17 +45,14 @@ pub fn network_costs(
     precision: Precision,
 ) -> aonet_scene::Result<Vec<PassCost>> {
     let plan = Plan::new(model.graph(), size.0, size.1)?;
-    let (pixels, sees) = ((size.0 * size.1) as f64, model.config().features.channels());
+    let pixels = (size.0 * size.1) as f64;
     let mut costs = Vec::new();
-    if sees.contains(&Channel::DepthNormalized) {
+    if model.config().features.sees(Channel::DepthNormalized) {
         costs.push(cost("depth range", DEPTH_RANGE * pixels, DEPTH * pixels));
-    }
-    if sees.contains(&Channel::HorizonOcclusion) {
-        costs.extend(search(&Classic::named("agtao:tuned")?, pixels));
     }
     costs.extend(plan.steps.iter().map(|step| of_step((model, &plan), step, precision)));
     if plan.steps.iter().any(|step| matches!(step, Step::Head { .. })) {
-        let corrects = |s: &Step| matches!(s, Step::Head { kernel: KernelWeights::Correction, .. });
+        let corrects = |s: &Step| matches!(s, Step::Head { base: Some(_), .. });
         let base = if plan.steps.iter().any(corrects) { VISIBILITY } else { 0.0 };
         costs.push(cost("image", IMAGE * pixels, (DEPTH + VISIBILITY + base + OUTPUT) * pixels));
     }
@@ -75,31 +69,15 @@ pub fn classic_costs(method: &Classic, (width, height): (usize, usize)) -> Vec<P
 
 /// A method and its filter.
 fn search(method: &Classic, pixels: f64) -> Vec<PassCost> {
-    let knob = |name: &str| {
-        let knobs = method.knobs();
-        knobs.iter().find(|k| k.name == name).map_or(0.0, |k| f64::from(k.value))
-    };
-    // Operations of a slice and of a tap.
-    let (slice, tap) = match method {
-        Classic::Ssao(_) => (0.0, 45.0),
-        Classic::Ssdo(_) => (0.0, 48.0),
-        Classic::Hbao(_) => (100.0, 55.0),
-        Classic::Gtao(_) => (160.0, 60.0),
-        Classic::Vbao(p) if p.cosine == 1 => (180.0, 200.0),
-        Classic::Vbao(_) => (100.0, 85.0),
-        Classic::Agtao(_) => (160.0, 80.0),
-        Classic::Nnao(_) => return vec![],
-    };
-    let flop = AROUND + knob("slices") * slice + f64::from(method.taps()) * tap;
+    let Some(SearchCost { search, filter_passes }) = search_cost(method) else { return vec![] };
     let mut costs = Vec::new();
     let mut coarser = 0.0;
-    if knob("depth_levels") > 1.0 {
+    if parameter(method, "depth_levels") > 1.0 {
         coarser = DEPTH / 3.0;
         costs.push(cost("pyramid", PYRAMID * pixels, (DEPTH + coarser) * pixels));
     }
-    costs.push(cost(method.name(), flop * pixels, (NORMAL + DEPTH + coarser + VISIBILITY) * pixels));
-    let filter = cost("denoise", DENOISE * pixels, (NORMAL + DEPTH + 2.0 * VISIBILITY) * pixels);
-    costs.resize(costs.len() + knob("denoise_passes") as usize, filter);
+    costs.push(cost(method.name(), search * pixels, (NORMAL + DEPTH + coarser + VISIBILITY) * pixels));
+    costs.resize(costs.len() + filter_passes, filter(pixels));
     costs
 }
 
@@ -115,15 +93,19 @@ fn of_step((model, plan): (&Model, &Plan), step: &Step, precision: Precision) ->
     };
     let counted = ops::cost((model, plan), step);
     match step {
-        Step::Features { output, .. } => {
-            let horizon = if model.config().features.horizon().is_some() { VISIBILITY } else { 0.0 };
-            cost("features", FEATURES * pixels, (NORMAL + DEPTH + horizon) * pixels + bytes(*output))
+        Step::Search { search, .. } => {
+            cost(search.method().name(), counted.flop, (NORMAL + DEPTH + VISIBILITY) * pixels)
+        }
+        Step::Filter { .. } => filter(pixels),
+        Step::Features { search, output, .. } => {
+            let found = if search.is_some() { VISIBILITY } else { 0.0 };
+            cost("features", FEATURES * pixels, (NORMAL + DEPTH + found) * pixels + bytes(*output))
         }
         // Activations and weights; these are counted as f32.
         Step::Conv { name, .. } => cost(name, counted.flop, counted.bytes * real / 4.0),
         Step::Head { name, input, guide, kernel, .. } => {
             let guide = match kernel {
-                KernelWeights::Off | KernelWeights::Correction => 0.0,
+                KernelWeights::Off => 0.0,
                 KernelWeights::Linear | KernelWeights::Softmax => bytes(*guide),
             };
             let weights = model.weights().get(&format!("{name}.weight")).values.len() as f64 * real;
@@ -136,6 +118,11 @@ fn of_step((model, plan): (&Model, &Plan), step: &Step, precision: Precision) ->
             cost("image", IMAGE * pixels, blocks + (DEPTH + OUTPUT) * pixels)
         }
     }
+}
+
+/// One pass of the filter after a search.
+fn filter(pixels: f64) -> PassCost {
+    cost("denoise", FILTER_FLOP * pixels, (NORMAL + DEPTH + 2.0 * VISIBILITY) * pixels)
 }
 
 fn cost(pass: &str, flop: f64, bytes: f64) -> PassCost {

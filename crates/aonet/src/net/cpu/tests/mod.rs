@@ -2,7 +2,7 @@
 
 mod packed;
 
-use crate::net::config::KernelWeights;
+use crate::net::config::{KernelWeights, Output};
 use crate::net::cpu::aligned::Aligned;
 use crate::net::cpu::bands::Workers;
 use crate::net::cpu::conv::Conv;
@@ -62,6 +62,7 @@ fn index(buffer: &Buffer, lanes: usize, (c, y, x): (usize, usize, isize)) -> usi
     let in_row = match buffer.layout {
         Layout::Planar => c * pitch + x,
         Layout::Blocked => (c / lanes * pitch + x) * lanes + c % lanes,
+        Layout::Image => unreachable!("convolutions do not read images"),
     };
     buffer.offset + y * buffer.row_len() + in_row
 }
@@ -236,14 +237,19 @@ fn wall(width: usize, height: usize) -> GBuffer<'static> {
     GBuffer::new(camera, depth, vec![[0.0, 0.0, 1.0]; width * height]).unwrap()
 }
 
-fn check_head(channels: usize, (patch, kernel): (usize, KernelWeights), (width, height): (usize, usize)) {
-    let what = format!("{channels} channels, patches of {patch}, {kernel:?}, {width}x{height}");
+fn check_head(
+    channels: usize,
+    (patch, kernel, output): (usize, KernelWeights, Output),
+    (width, height): (usize, usize),
+) {
+    let what = format!("{channels} channels, patches of {patch}, {kernel:?}, {output:?}, {width}x{height}");
     let cells = (height.div_ceil(patch), width.div_ceil(patch));
     let features = planes((channels, cells.0, cells.1), 1);
     let guide = planes((3, cells.0 * patch, cells.1 * patch), 2);
     let (buffers, arena_len) = buffers(&[
         (Layout::Blocked, (channels, cells.0, cells.1)),
         (Layout::Planar, (3 * patch * patch, cells.0, cells.1)),
+        (Layout::Image, (1, height, width)),
     ]);
     let padded = (cells.1 * patch, cells.0 * patch);
     let plan = Plan { size: (width, height), padded, buffers, steps: vec![], arena_len };
@@ -254,15 +260,15 @@ fn check_head(channels: usize, (patch, kernel): (usize, KernelWeights), (width, 
     let base: Vec<f32> = (0..width * height).map(|i| 0.5 * noise(i, 77)).collect();
     let raw = match kernel {
         KernelWeights::Off => naive::patch_merge(&kernels, patch),
-        KernelWeights::Correction => {
-            let correction = naive::patch_merge(&kernels, patch);
-            Planes::from_fn((1, correction.height, correction.width), |_, y, x| {
-                correction.at(0, y as isize, x as isize) + base.get(y * width + x).unwrap_or(&0.0)
-            })
-        }
         KernelWeights::Linear | KernelWeights::Softmax => {
             naive::kernel_predict(&kernels, &guide, patch, kernel)
         }
+    };
+    let raw = match output {
+        Output::Visibility => raw,
+        Output::Correction => Planes::from_fn((1, raw.height, raw.width), |_, y, x| {
+            raw.at(0, y as isize, x as isize) + base.get(y * width + x).unwrap_or(&0.0)
+        }),
     };
     let gbuffer = wall(width, height);
     let expected: Vec<_> = (0..width * height)
@@ -271,18 +277,20 @@ fn check_head(channels: usize, (patch, kernel): (usize, KernelWeights), (width, 
             false => 1.0,
         })
         .collect();
+    let corrected = (output == Output::Correction).then_some(2);
     let ranges = Ranges::from([("features".to_owned(), vec![[-1.0, 1.0]; channels])]);
     let check = |arithmetic: Arithmetic, unwritten: f32, max_nmse: f64| {
         let recipe = Recipe { plan: &plan, weights: &weights, arithmetic, ranges: Some(&ranges) };
-        let head = Head::new(&recipe, ("conv", [0, 1], patch, kernel)).unwrap();
+        let head = Head::new(&recipe, ("conv", [0, 1], patch, kernel), corrected).unwrap();
         let mut arena = Aligned::zeros(arena_len).unwrap();
         arena.fill(unwritten);
         put(&features, &plan.buffers[0], arithmetic.lanes(), &mut arena);
         put(&naive::patch_partition(&guide, patch), &plan.buffers[1], arithmetic.lanes(), &mut arena);
+        arena[plan.buffers[2].range()].copy_from_slice(&base);
         let mut workers = Workers::new(2, head.scratch_len()).unwrap();
         let mut image = AoImage::open(Size::px(width, height));
         image.visibility_mut().fill(f32::NAN);
-        head.run((&mut workers, &arena), (&gbuffer, &mut image), &base);
+        head.run((&mut workers, &arena), (&gbuffer, &mut image));
         let error = nmse(image.visibility(), &expected);
         assert!(error <= max_nmse, "{arithmetic:?} {what}: NMSE {error:e}, at most {max_nmse:e}");
     };
@@ -297,15 +305,17 @@ fn check_head(channels: usize, (patch, kernel): (usize, KernelWeights), (width, 
 
 #[test]
 fn heads() {
-    use KernelWeights::{Correction, Linear, Off, Softmax};
+    use KernelWeights::{Linear, Off, Softmax};
     for patch in [1, 2, 4, 8] {
-        for kernel in [Off, Correction, Linear, Softmax] {
-            check_head(5, (patch, kernel), (70, 11));
+        for kernel in [Off, Linear, Softmax] {
+            for output in [Output::Visibility, Output::Correction] {
+                check_head(5, (patch, kernel, output), (70, 11));
+            }
         }
     }
     for size in [(1, 1), (4, 4), (3, 9), (64, 4), (65, 5), (129, 4), (260, 3)] {
-        check_head(17, (4, Linear), size);
-        check_head(32, (1, Linear), size);
+        check_head(17, (4, Linear, Output::Visibility), size);
+        check_head(32, (1, Linear, Output::Visibility), size);
     }
 }
 

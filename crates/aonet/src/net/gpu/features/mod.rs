@@ -10,7 +10,6 @@ use crate::net::features::{LOG2_PX_MEAN, LOG2_PX_RANGE, LOG2_PX_SCALE};
 use crate::net::gpu::memory::blocks;
 use crate::net::gpu::network::Sized;
 use crate::net::plan;
-use crate::search::gpu::agtao;
 
 /// Columns and rows of a workgroup.
 const TILE: [usize; 2] = [16, 8];
@@ -20,26 +19,13 @@ const TILE: [usize; 2] = [16, 8];
 pub(crate) struct Extras {
     /// Bits of the range of depths; see `depth_range.wgsl`.
     pub(crate) depth_range: Option<BufferId>,
-    /// The visibility that a horizon search finds.
-    pub(crate) horizon: Option<BufferId>,
-}
-
-/// Adds the dispatches that fill what features need.
-pub(crate) fn extras(
-    features: Features,
-    surface: Surface,
-    size: (usize, usize),
-    list: &mut Dispatches,
-) -> Extras {
-    let sees = |channel: Channel| features.channels().contains(&channel);
-    let depth_range = sees(Channel::DepthNormalized).then(|| depth_range::push(surface, size, list));
-    let horizon = sees(Channel::HorizonOcclusion).then(|| agtao::push_horizons(surface, size, list));
-    Extras { depth_range, horizon }
+    /// The visibility that the search found, where a channel shows it.
+    pub(crate) search: Option<BufferId>,
 }
 
 /// Adds the dispatch that writes the features of the frame into `output`.
 pub(crate) fn push(
-    features: Features,
+    features: &Features,
     (sized, extras): (&Sized<'_>, Extras),
     (output, patch): (plan::BufferId, usize),
     list: &mut Dispatches,
@@ -48,7 +34,7 @@ pub(crate) fn push(
     let size = list.uniform("features", &[cells.width, cells.height]);
     let mut bindings = vec![Binding::Uniform(size), Binding::Write(sized.memory.of(output))];
     bindings.extend(extras.depth_range.map(Binding::Read));
-    bindings.extend(extras.horizon.map(Binding::Read));
+    bindings.extend(extras.search.map(Binding::Read));
     let quads = blocks(patch * patch);
     let dispatch = Dispatch {
         label: "features",
@@ -59,8 +45,8 @@ pub(crate) fn push(
     list.push(&dispatch, &bindings);
 }
 
-/// The shader of the features. Depth range and horizon follow the output, where there are such.
-pub(crate) fn shader(surface: Surface, features: Features, patch: usize) -> Shader {
+/// The shader of the features. Depth range and search follow the output, where there are such.
+pub(crate) fn shader(surface: Surface, features: &Features, patch: usize) -> Shader {
     let mut shader = surface
         .shader()
         .number("PATCH", patch)
@@ -73,7 +59,7 @@ pub(crate) fn shader(surface: Surface, features: Features, patch: usize) -> Shad
         .part(include_str!("features.wgsl"));
     let extras = [
         (Channel::DepthNormalized, "range: array<u32, 2>"),
-        (Channel::HorizonOcclusion, "horizon: array<f32>"),
+        (Channel::HorizonOcclusion, "search: array<f32>"),
     ];
     let needed = extras.iter().filter(|(channel, _)| features.channels().contains(channel));
     for (i, (_, declaration)) in needed.enumerate() {
@@ -83,7 +69,7 @@ pub(crate) fn shader(surface: Surface, features: Features, patch: usize) -> Shad
 }
 
 /// The function that lists the features of a pixel.
-fn features_of(features: Features) -> String {
+fn features_of(features: &Features) -> String {
     let channels: Vec<_> =
         features.channels().iter().map(|c| format!("        {},\n", expression(*c))).collect();
     format!(
@@ -97,9 +83,11 @@ fn features_of(features: Features) -> String {
 /// See [`Channel`].
 fn expression(channel: Channel) -> String {
     match channel {
-        Channel::Normal(k) => format!("s.normal[{k}]"),
-        Channel::NormalEncoded(k) => format!("select(0.0, 0.5 * s.normal[{k}] + 0.5, s.foreground)"),
-        Channel::Position(k) => format!("select(0.0, position[{k}], s.foreground)"),
+        Channel::Normal(axis) => format!("s.normal[{}]", axis.index()),
+        Channel::NormalEncoded(axis) => {
+            format!("select(0.0, 0.5 * s.normal[{}] + 0.5, s.foreground)", axis.index())
+        }
+        Channel::Position(axis) => format!("select(0.0, position[{}], s.foreground)", axis.index()),
         Channel::Depth => "select(0.0, s.depth, s.foreground)".into(),
         Channel::DepthNormalized => {
             let near = "bitcast<f32>(~range[0])";
@@ -107,6 +95,6 @@ fn expression(channel: Channel) -> String {
             format!("select(1.0, (s.depth - {near}) / {extent}, s.foreground)")
         }
         Channel::ProjectedRadius => "projected_radius(s)".into(),
-        Channel::HorizonOcclusion => "1.0 - horizon[pixel.y * frame.size.x + pixel.x]".into(),
+        Channel::HorizonOcclusion => "1.0 - search[pixel.y * frame.size.x + pixel.x]".into(),
     }
 }

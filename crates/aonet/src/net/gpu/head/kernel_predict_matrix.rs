@@ -22,7 +22,7 @@ pub(crate) fn suits(kernels: Kernels, channels: usize, kernel: KernelWeights) ->
             Some(matrices).filter(|_| channels <= MAX_CHANNELS)
         }
         // Without kernels there are few products.
-        (Kernels::Matrices(_), KernelWeights::Off | KernelWeights::Correction) => None,
+        (Kernels::Matrices(_), KernelWeights::Off) => None,
         (Kernels::Plain | Kernels::Subgroups, _) => None,
     }
 }

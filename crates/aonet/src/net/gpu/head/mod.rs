@@ -82,7 +82,7 @@ impl Head {
             Binding::Read(memory.of(self.input)),
         ];
         match self.kernel {
-            KernelWeights::Off | KernelWeights::Correction => {}
+            KernelWeights::Off => {}
             KernelWeights::Linear | KernelWeights::Softmax => {
                 bindings.push(Binding::Read(memory.of(self.guide)))
             }
@@ -104,7 +104,7 @@ impl Head {
 /// Cells of an invocation.
 fn cells_each(cells: (usize, usize), kernel: KernelWeights) -> usize {
     match kernel {
-        KernelWeights::Off | KernelWeights::Correction => conv::rows(cells, 1),
+        KernelWeights::Off => conv::rows(cells, 1),
         KernelWeights::Linear | KernelWeights::Softmax => conv::rows(cells, 1).min(MAX_CELLS),
     }
 }
@@ -125,7 +125,7 @@ pub(crate) fn shader(
     };
     let outputs = include_str!("outputs.wgsl");
     match kernel {
-        KernelWeights::Off | KernelWeights::Correction => {
+        KernelWeights::Off => {
             let begin = begin(blocks(patch * patch)).number("PATCH", patch);
             begin.part(include_str!("head.wgsl")).part(outputs).part(include_str!("patch_merge.wgsl"))
         }
@@ -167,7 +167,7 @@ fn packed(
 /// Blocks of four outputs that are computed together: a kernel for one component of the normal, or four pixels.
 fn out_blocks(kernel: KernelWeights) -> usize {
     match kernel {
-        KernelWeights::Off | KernelWeights::Correction => 1,
+        KernelWeights::Off => 1,
         KernelWeights::Linear | KernelWeights::Softmax => WINDOW * WINDOW / BLOCK,
     }
 }
@@ -176,7 +176,7 @@ fn out_blocks(kernel: KernelWeights) -> usize {
 fn order(patch: usize, kernel: KernelWeights) -> Vec<Option<usize>> {
     let pixels = patch * patch;
     match kernel {
-        KernelWeights::Off | KernelWeights::Correction => {
+        KernelWeights::Off => {
             (0..pixels.next_multiple_of(BLOCK)).map(|o| (o < pixels).then_some(o)).collect()
         }
         KernelWeights::Linear | KernelWeights::Softmax => {

@@ -54,7 +54,7 @@ pub(super) fn ways(args: &Args, device: &Device, method: &Method) -> Result<Vec<
     let mut ways = Vec::new();
     for precision in precisions {
         for flag in flags {
-            let precision = precision.on(&device.device, model.config().features);
+            let precision = precision.on(&device.device, &model.config().features);
             let way = Way { precision, kernels: flag.on(device).on(&device.device, precision) };
             if !ways.contains(&way) {
                 ways.push(way);

@@ -1,113 +1,22 @@
-//! Everything that Tables 3 and 4 of the paper vary, and nothing else.
+//! What a network is, apart from its weights: everything that Tables 3 and 4 of the paper vary, and our search.
+
+mod features;
+mod file;
+mod search;
 
 use crate::error::{Error, Result};
 use crate::net::graph::TAPS;
 use serde::{Deserialize, Serialize};
 
-/// Which channels the network sees. AO-Net §3.1 and Table 3; projected radius is ours.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case")]
-pub enum Features {
-    /// View-space normal: 3 channels. The paper's choice.
-    Normal,
-    /// The same as n/2 + 1/2, as G-buffers store it: 3 channels.
-    NormalEncoded,
-    /// Normal and depth in world units: 4 channels.
-    NormalDepth,
-    /// Normal and depth scaled to [0, 1] over the frame's foreground: 4 channels.
-    NormalDepthNormalized,
-    /// Normal and the AO radius in pixels, log2: 4 channels. One network for any radius and any unit.
-    NormalProjectedRadius,
-    /// The same and what a horizon search finds: 5 channels.
-    NormalRadiusHorizon,
-    /// Normal and view-space position in world units: 6 channels. What Deep Shading sees.
-    NormalPosition,
-}
+pub use features::{Axis, Channel, Features};
+pub use search::SearchConfig;
 
-/// What one input channel holds.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Channel {
-    /// Component 0, 1 or 2 of the view-space normal; 0 on the background.
-    Normal(u8),
-    /// The same as n/2 + 1/2; 0 on the background.
-    NormalEncoded(u8),
-    /// Component 0, 1 or 2 of the view-space position (world units); 0 on the background.
-    Position(u8),
-    /// Depth along -Z (world units); 0 on the background.
-    Depth,
-    /// Depth scaled to [0, 1] over the foreground of the frame; 1 on the background.
-    DepthNormalized,
-    /// (log2(AO radius in pixels) - 5) / 4; the background is infinitely far.
-    ProjectedRadius,
-    /// 1 minus the visibility that `agtao:tuned` finds ([`AgtaoParams`](crate::search::AgtaoParams), 36 taps a pixel); 0 on the
-    /// background.
-    HorizonOcclusion,
-}
-
-impl Channel {
-    /// Its name in tables and plots.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Normal(k) => ["normal x", "normal y", "normal z"][usize::from(k)],
-            Self::NormalEncoded(k) => {
-                ["encoded normal x", "encoded normal y", "encoded normal z"][usize::from(k)]
-            }
-            Self::Position(k) => ["position x", "position y", "position z"][usize::from(k)],
-            Self::Depth => "depth",
-            Self::DepthNormalized => "normalised depth",
-            Self::ProjectedRadius => "projected radius",
-            Self::HorizonOcclusion => "horizon occlusion",
-        }
-    }
-}
-
-const NORMAL: [Channel; 3] = [Channel::Normal(0), Channel::Normal(1), Channel::Normal(2)];
-
-impl Features {
-    /// The input channels; the first three are the normal.
-    pub fn channels(self) -> &'static [Channel] {
-        const fn and(fourth: Channel) -> [Channel; 4] {
-            [NORMAL[0], NORMAL[1], NORMAL[2], fourth]
-        }
-        match self {
-            Self::Normal => &NORMAL,
-            Self::NormalEncoded => {
-                use Channel::NormalEncoded;
-                const { &[NormalEncoded(0), NormalEncoded(1), NormalEncoded(2)] }
-            }
-            Self::NormalDepth => const { &and(Channel::Depth) },
-            Self::NormalDepthNormalized => const { &and(Channel::DepthNormalized) },
-            Self::NormalProjectedRadius => const { &and(Channel::ProjectedRadius) },
-            Self::NormalRadiusHorizon => {
-                const { &[NORMAL[0], NORMAL[1], NORMAL[2], Channel::ProjectedRadius, Channel::HorizonOcclusion] }
-            }
-            Self::NormalPosition => {
-                use Channel::Position;
-                const { &[NORMAL[0], NORMAL[1], NORMAL[2], Position(0), Position(1), Position(2)] }
-            }
-        }
-    }
-
-    /// The channel with the horizon search's result, if there is one.
-    pub fn horizon(self) -> Option<usize> {
-        self.channels().iter().position(|c| *c == Channel::HorizonOcclusion)
-    }
-
-    /// Whether the AO radius is an input, so that one network serves every radius.
-    pub fn sees_radius(self) -> bool {
-        self.channels().contains(&Channel::ProjectedRadius)
-    }
-}
-
-/// How the output is formed. AO-Net §3.3, Eq. 2 and Table 4.
+/// Whether the head predicts kernels over the normals. AO-Net §3.3, Eq. 2 and Table 4.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum KernelWeights {
-    /// No kernels: the network's output is the visibility.
+    /// No kernels: the head's convolution itself is the network's output.
     Off,
-    /// No kernels: the network's output is what the visibility of the horizon search lacks. Needs
-    /// [`Channel::HorizonOcclusion`].
-    Correction,
     /// Plain weights over the 4x4 neighbourhood of the normals.
     Linear,
     /// Weights that are positive and sum to one over the neighbourhood. An ablation that must fail: a
@@ -119,10 +28,22 @@ impl KernelWeights {
     /// Outputs of the head for each pixel.
     pub fn outputs_per_pixel(self) -> usize {
         match self {
-            Self::Off | Self::Correction => 1,
+            Self::Off => 1,
             Self::Linear | Self::Softmax => TAPS,
         }
     }
+}
+
+/// How the image follows from the network's output. An output of several values a pixel, such as a bent normal, would be
+/// another variant.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Output {
+    /// The output is the visibility.
+    #[default]
+    Visibility,
+    /// The output is added to the visibility that the search finds. Needs [`ModelConfig::search`].
+    Correction,
 }
 
 /// The family of the topology.
@@ -149,8 +70,8 @@ pub enum Skips {
 }
 
 /// What a network is, apart from its weights.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(try_from = "file::ConfigFile")]
 pub struct ModelConfig {
     /// Topology.
     pub arch: Arch,
@@ -158,14 +79,18 @@ pub struct ModelConfig {
     pub features: Features,
     /// Side of the square patches that become channels at the first level (px): 1 (off), 2, 4 or 8.
     pub patch: usize,
-    /// How the output is formed.
+    /// Whether the head predicts kernels.
     pub kernel: KernelWeights,
+    /// How the image follows from the network's output.
+    pub output: Output,
+    /// The search that runs before the network, for [`Channel::HorizonOcclusion`] and [`Output::Correction`].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub search: Option<SearchConfig>,
     /// Channels of each encoder level, finest first; each level halves the resolution of the one before.
     pub encoder: Vec<usize>,
     /// Channels of each decoder level, coarsest first: one fewer than `encoder`.
     pub decoder: Vec<usize>,
     /// Skip connections.
-    #[serde(default)]
     pub skips: Skips,
 }
 
@@ -178,9 +103,11 @@ impl ModelConfig {
     pub fn paper() -> Self {
         Self {
             arch: Arch::AoNet,
-            features: Features::Normal,
+            features: Features::normal(),
             patch: 4,
             kernel: KernelWeights::Linear,
+            output: Output::Visibility,
+            search: None,
             encoder: vec![32, 48, 64, 96],
             decoder: vec![64, 48, 32],
             skips: Skips::Concat,
@@ -191,9 +118,11 @@ impl ModelConfig {
     pub fn deep_shading() -> Self {
         Self {
             arch: Arch::DeepShading,
-            features: Features::NormalPosition,
+            features: Features::normal_position(),
             patch: 1,
             kernel: KernelWeights::Off,
+            output: Output::Visibility,
+            search: None,
             encoder: vec![8, 16, 32, 64, 128, 256],
             decoder: vec![128, 64, 32, 16, 1],
             skips: Skips::Concat,
@@ -204,7 +133,7 @@ impl ModelConfig {
     pub fn deep_ao() -> Self {
         Self {
             arch: Arch::DeepAo,
-            features: Features::NormalDepth,
+            features: Features::normal_depth(),
             encoder: vec![4, 8, 16, 32, 32],
             decoder: vec![16, 8, 4, 4],
             ..Self::deep_shading()
@@ -221,8 +150,10 @@ impl ModelConfig {
     /// multiplications than the paper's.
     pub fn any_radius() -> Self {
         Self {
-            features: Features::NormalRadiusHorizon,
-            kernel: KernelWeights::Correction,
+            features: Features::normal_radius_horizon(),
+            kernel: KernelWeights::Off,
+            output: Output::Correction,
+            search: Some(SearchConfig::tuned()),
             encoder: vec![32, 48, 64, 64, 48],
             decoder: vec![48, 56, 48, 32],
             ..Self::paper()
@@ -249,10 +180,8 @@ impl ModelConfig {
         {
             return Err(Error::config("widths", format!("1 to {MAX_WIDTH} channels"), width));
         }
-        if self.kernel == KernelWeights::Correction && self.features.horizon().is_none() {
-            let expected = "features with the horizon occlusion, which a correction corrects";
-            return Err(Error::config("features", expected, format!("{:?}", self.features)));
-        }
+        self.check_features()?;
+        self.check_search()?;
         let published = match self.arch {
             Arch::AoNet => return Ok(self),
             Arch::DeepShading => Self::deep_shading(),
@@ -264,6 +193,37 @@ impl ModelConfig {
                 let expected = format!("the published network, {published:?}");
                 Err(Error::config("arch", expected, format!("{self:?}")))
             }
+        }
+    }
+
+    fn check_features(&self) -> Result<()> {
+        let features = &self.features;
+        let error = |expected: &str, found: Channel| Err(Error::config("features", expected, found.name()));
+        if let Some(channel) = features.repeated() {
+            return error("every channel once", channel);
+        }
+        if let Some(channel) = features.torn_vector() {
+            return error("x, y and z of a vector side by side", channel);
+        }
+        if !features.begin_with_a_normal() {
+            let first = features.channels().first().map_or("none", |channel| channel.name());
+            return Err(Error::config("features", "a normal first, plain or encoded", first));
+        }
+        Ok(())
+    }
+
+    fn check_search(&self) -> Result<()> {
+        let is_read = self.features.sees(Channel::HorizonOcclusion) || self.output == Output::Correction;
+        match self.search {
+            Some(search) if is_read => search.checked().map(drop),
+            Some(search) => {
+                let expected = "none, since neither a channel nor the output reads it";
+                Err(Error::config("search", expected, search.method().name()))
+            }
+            None if is_read => {
+                Err(Error::config("search", "a search for the horizon occlusion or the correction", "none"))
+            }
+            None => Ok(()),
         }
     }
 }

@@ -1,12 +1,22 @@
-//! The oracle: the network as plain loops. Slow, obvious, and what every other backend is compared with.
+//! The oracle: the network as plain loops. Slow, obvious, and what every other backend is compared with. It calls nothing
+//! of the runtimes: search, features and operations are written again from their definitions. (Only the noise pattern of the
+//! search is shared: it is data.)
+
+mod features;
+mod filter;
+mod lens;
+mod search;
+#[cfg(test)]
+mod tests;
 
 use crate::error::Result;
 use crate::frame::ao_image::{AoImage, AoParams};
 use crate::frame::gbuffer::GBuffer;
 use crate::net::config::KernelWeights;
-use crate::net::features::{repeat_edge, write_features};
 use crate::net::graph::{Activation, FIRST_TAP, GUIDE_CHANNELS, LEAKY_SLOPE, Op, TAPS, WINDOW};
 use crate::net::model::Model;
+
+pub use features::features;
 
 /// A CxHxW image, row-major.
 #[derive(Debug, Clone, PartialEq)]
@@ -42,14 +52,63 @@ impl Planes {
         let x = x.clamp(0, self.width as isize - 1) as usize;
         self.values[(c * self.height + y) * self.width + x]
     }
+
+    /// The image with its last column and row repeated until both sides are multiples of `step` [px].
+    pub fn padded(&self, step: usize) -> Self {
+        let (height, width) = (self.height.next_multiple_of(step), self.width.next_multiple_of(step));
+        Self::from_fn((self.channels, height, width), |c, y, x| self.at(c, y as isize, x as isize))
+    }
 }
 
-/// Visibility of a frame: features, network, clamp, background 1.
+/// What a network reads of a frame.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Inputs {
+    /// CxHxW.
+    pub features: Planes,
+    /// 1xHxW visibility that the search found, if the network has a search.
+    pub search: Option<Planes>,
+}
+
+impl Inputs {
+    /// The same, padded as [`Planes::padded`] does.
+    pub fn padded(&self, step: usize) -> Self {
+        Self {
+            features: self.features.padded(step),
+            search: self.search.as_ref().map(|found| found.padded(step)),
+        }
+    }
+}
+
+impl From<Planes> for Inputs {
+    /// The inputs of a network without a search.
+    fn from(features: Planes) -> Self {
+        Self { features, search: None }
+    }
+}
+
+/// Visibility of a frame: search, features, network, clamp, background 1.
 ///
 /// # Errors
 /// When the frame's size is out of range.
 pub fn run(model: &Model, gbuffer: &GBuffer, params: AoParams) -> Result<AoImage> {
-    let output = evaluate(model, padded_features(model, gbuffer, params));
+    run_with_search(model, (gbuffer, params), search(model, gbuffer, params).as_ref())
+}
+
+/// The same with what the search found; none for a network without a search.
+///
+/// # Errors
+/// When the frame's size is out of range.
+///
+/// # Panics
+/// When the network has a search and `search` is none, or of another size than the frame.
+pub fn run_with_search(
+    model: &Model,
+    (gbuffer, params): (&GBuffer, AoParams),
+    search: Option<&Planes>,
+) -> Result<AoImage> {
+    let features = features::features(&model.config().features, (gbuffer, params), search);
+    let inputs = Inputs { features, search: search.cloned() }.padded(model.graph().alignment());
+    let output = evaluate(model, &inputs);
     let width = gbuffer.width();
     let visibility = (0..width * gbuffer.height()).map(|i| match gbuffer.is_foreground(i) {
         true => output.at(0, (i / width) as isize, (i % width) as isize),
@@ -59,24 +118,28 @@ pub fn run(model: &Model, gbuffer: &GBuffer, params: AoParams) -> Result<AoImage
     AoImage::new(window.size(), window.cropped(visibility.collect()))
 }
 
-/// Features of a frame, padded to the graph's alignment by repeating the edge.
-pub fn padded_features(model: &Model, gbuffer: &GBuffer, params: AoParams) -> Planes {
-    let (width, height) = (gbuffer.width(), gbuffer.height());
-    let step = model.graph().alignment();
-    let (row, rows) = (width.next_multiple_of(step), height.next_multiple_of(step));
-    let channels = model.config().features.channels().len();
-    let mut values = vec![0.0; channels * rows * row];
-    write_features(model.config().features, (gbuffer, params), &mut values, (row, rows * row));
-    repeat_edge(&mut values, (width, height), (row, rows * row));
-    Planes { channels, height: rows, width: row, values }
+/// 1xHxW visibility that the network's search finds on a frame, if it has a search.
+pub fn search(model: &Model, gbuffer: &GBuffer, params: AoParams) -> Option<Planes> {
+    model.config().search.map(|config| search::search(&config, gbuffer, params))
 }
 
-/// The network's raw output, 1xHxW, for features whose size is a multiple of the graph's alignment.
-pub fn evaluate(model: &Model, features: Planes) -> Planes {
+/// What the network reads of a frame, padded to the graph's alignment by repeating the edge.
+pub fn inputs(model: &Model, gbuffer: &GBuffer, params: AoParams) -> Inputs {
+    let search = search(model, gbuffer, params);
+    let features = features::features(&model.config().features, (gbuffer, params), search.as_ref());
+    Inputs { features, search }.padded(model.graph().alignment())
+}
+
+/// The network's raw output, 1xHxW, for inputs whose size is a multiple of the graph's alignment.
+///
+/// # Panics
+/// When the network has a search and the inputs do not.
+pub fn evaluate(model: &Model, inputs: &Inputs) -> Planes {
     let mut values: Vec<Planes> = Vec::new();
     for node in model.graph().nodes() {
         let result = match &node.op {
-            Op::Input => features.clone(),
+            Op::Search { .. } => inputs.search.clone().expect("what the search found"),
+            Op::Input { .. } => inputs.features.clone(),
             Op::PatchPartition { input, patch } => patch_partition(&values[*input], *patch),
             Op::PatchMerge { input, patch } => patch_merge(&values[*input], *patch),
             Op::Conv { input, name, size, activation, .. } => {
@@ -87,9 +150,7 @@ pub fn evaluate(model: &Model, features: Planes) -> Planes {
             Op::AvgPool2 { input } => avg_pool2(&values[*input]),
             Op::Upsample2 { input } => upsample2(&values[*input]),
             Op::Concat { first, second } => concat(&values[*first], &values[*second]),
-            Op::Correct { input, channel, correction } => {
-                correct((&values[*input], *channel), &values[*correction])
-            }
+            Op::Correct { search, correction } => correct(&values[*search], &values[*correction]),
             Op::KernelPredict { kernels, guide, patch, weights } => {
                 kernel_predict(&values[*kernels], &values[*guide], *patch, *weights)
             }
@@ -169,10 +230,10 @@ pub fn concat(first: &Planes, second: &Planes) -> Planes {
 }
 
 /// See [`Op::Correct`].
-pub fn correct((input, channel): (&Planes, usize), correction: &Planes) -> Planes {
-    Planes::from_fn((1, input.height, input.width), |_, y, x| {
+pub fn correct(search: &Planes, correction: &Planes) -> Planes {
+    Planes::from_fn((1, search.height, search.width), |_, y, x| {
         let (y, x) = (y as isize, x as isize);
-        1.0 - input.at(channel, y, x) + correction.at(0, y, x)
+        search.at(0, y, x) + correction.at(0, y, x)
     })
 }
 
@@ -190,7 +251,7 @@ pub fn kernel_predict(kernels: &Planes, guide: &Planes, patch: usize, weights: K
         };
         let kernel = match weights {
             KernelWeights::Softmax => softmax_over_taps(&kernel),
-            KernelWeights::Linear | KernelWeights::Off | KernelWeights::Correction => kernel,
+            KernelWeights::Linear | KernelWeights::Off => kernel,
         };
         kernel.iter().enumerate().map(|(k, w)| w * normal(k)).sum::<f32>() / GUIDE_CHANNELS as f32
     })
@@ -206,65 +267,4 @@ fn softmax_over_taps(kernel: &[f32]) -> Vec<f32> {
         of_component().for_each(|k| out[k] = (kernel[k] - largest).exp() / total);
     }
     out
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn ramp(shape: (usize, usize, usize)) -> Planes {
-        Planes::from_fn(shape, |c, y, x| (c * 100 + y * 10 + x) as f32)
-    }
-
-    #[test]
-    fn partition_then_merge_is_the_identity() {
-        let image = ramp((3, 8, 12));
-        let parts = patch_partition(&image, 4);
-        assert_eq!((parts.channels, parts.height, parts.width), (48, 2, 3));
-        assert_eq!(parts.at(16 + 4 + 2, 1, 2), image.at(1, 5, 10));
-        assert_eq!(patch_merge(&parts, 4), image);
-    }
-
-    #[test]
-    fn upsampling_a_ramp_keeps_it_a_ramp() {
-        let up = upsample2(&Planes::from_fn((1, 1, 4), |_, _, x| x as f32));
-        assert_eq!(up.values[..8], [0.0, 0.25, 0.75, 1.25, 1.75, 2.25, 2.75, 3.0]);
-        assert_eq!(avg_pool2(&up).values, [0.125, 1.0, 2.0, 2.875]);
-    }
-
-    #[test]
-    fn a_shifted_delta_filter_shifts_and_repeats_the_edge() {
-        let mut weight = [0.0; 9];
-        weight[5] = 1.0;
-        let out = conv(
-            &Planes::from_fn((1, 1, 3), |_, _, x| x as f32 + 1.0),
-            (&weight, &[0.5], 3),
-            Activation::Linear,
-        );
-        assert_eq!(out.values, [2.5, 3.5, 3.5]);
-        let out = conv(&ramp((1, 1, 1)), (&[0.0; 9], &[-1.0], 3), Activation::LeakyRelu);
-        assert_eq!(out.values, [-0.01]);
-    }
-
-    #[test]
-    fn one_kernel_weight_picks_its_tap_of_its_pixel() {
-        let guide = ramp((4, 8, 8));
-        for (dy, dx, ky, kx, c) in [(0, 0, 0, 0, 0), (3, 2, 3, 1, 2), (1, 3, 2, 3, 1)] {
-            let channel = ((dy * 4 + dx) * 16 + ky * 4 + kx) * 3 + c;
-            let kernels = Planes::from_fn((768, 2, 2), |k, _, _| if k == channel { 3.0 } else { 0.0 });
-            let out = kernel_predict(&kernels, &guide, 4, KernelWeights::Linear);
-            let expected = guide.at(c, 4 + dy as isize + ky as isize - 1, dx as isize + kx as isize - 1);
-            assert_eq!(out.at(0, 4 + dy as isize, dx as isize), expected);
-            let touched = out.values.iter().filter(|v| **v != 0.0).count();
-            assert!(touched <= 4, "one pixel a patch, not {touched}");
-        }
-    }
-
-    #[test]
-    fn softmax_of_a_flat_wall_is_the_mean_normal() {
-        let guide = Planes::from_fn((3, 4, 4), |c, _, _| [0.6, 0.0, 0.8][c]);
-        let kernels = Planes::from_fn((48, 4, 4), |k, y, x| (k * 7 % 5) as f32 + y as f32 - x as f32);
-        let out = kernel_predict(&kernels, &guide, 1, KernelWeights::Softmax);
-        assert!(out.values.iter().all(|v| (v - 1.4 / 3.0).abs() < 1e-6));
-    }
 }

@@ -1,0 +1,23 @@
+//! What a network reads of a frame, as the runtime computes it: for measurements and for other runtimes.
+
+use aonet::net::Model;
+use aonet::net::features::{search_visibility, write_features};
+use aonet::net::naive::{Inputs, Planes};
+use aonet::{AoParams, GBuffer};
+
+/// Features of a frame and what the network's search finds, both of the frame's size.
+///
+/// # Errors
+/// When a value of the frame or of the search is out of range.
+pub(crate) fn network_inputs(model: &Model, gbuffer: &GBuffer, params: AoParams) -> aonet::Result<Inputs> {
+    let (config, width, height) = (model.config(), gbuffer.width(), gbuffer.height());
+    let found = config.search.map(|search| search_visibility(&search, gbuffer, params)).transpose()?;
+    let channels = config.features.channels().len();
+    let mut values = vec![0.0; channels * height * width];
+    let shown = found.as_deref().unwrap_or(&[]);
+    write_features(&config.features, (gbuffer, params), shown, &mut values, (width, height * width));
+    Ok(Inputs {
+        features: Planes { channels, height, width, values },
+        search: found.map(|values| Planes { channels: 1, height, width, values }),
+    })
+}
