@@ -106,8 +106,11 @@ fn a_margin_and_a_second_layer_survive() {
     let gbuffer = GBuffer::new(camera, depth, normal.clone()).unwrap().with_margin(margin).unwrap();
     let layer = SecondLayer { depth: second.into(), normal: Some(normal.into()) };
     let gbuffer = gbuffer.with_second(layer).unwrap();
+    let shown = gbuffer.foreground().into_iter().enumerate();
+    let ao = shown.map(|(i, shown)| if shown { i as f32 / 600.0 } else { 1.0 }).collect();
+    let ao = Some(AoImage::new(Size::px(30, 20), ao).unwrap());
     let view = View { margin: 0.15, separation: Some(0.1), ..view(30, 20) };
-    let original = Frame { gbuffer, geo_normal: None, view: Some(view), ..inner };
+    let original = Frame { gbuffer, geo_normal: None, ao, view: Some(view), ..inner };
     let loaded = Frame::from_bytes(&original.to_bytes().unwrap(), &FrameHints::default()).unwrap();
     assert_close(&original, &loaded);
     assert_eq!((loaded.gbuffer.window(), &loaded.view), (original.gbuffer.window(), &original.view));

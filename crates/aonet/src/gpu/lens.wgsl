@@ -1,8 +1,6 @@
 // How a camera projects: depths of a texture, and positions of pixels. A shader has a uniform `frame` with the fields that
-// the struct Lens of uniforms.rs describes, and the constants DEPTH, LINEAR_DEPTH and FARTHEST.
-
-/// Depth of the background: beyond every scene, and squares of what comes of it are still floats.
-const BACKGROUND: f32 = 1e16;
+// the struct Lens of uniforms.rs describes, and the constants BACKGROUND, DEPTH, LINEAR_DEPTH and
+// FARTHEST.
 
 fn perspective() -> bool {
     return frame.pixel_size.x > 0.0;

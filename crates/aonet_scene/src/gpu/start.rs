@@ -63,8 +63,9 @@ pub(super) fn source(depth: DepthEncoding) -> String {
         DepthEncoding::Reversed => (1, "0.0"),
         DepthEncoding::Standard => (1, "1.0"),
     };
-    let constants =
-        format!("const LINEAR_DEPTH = 0;\nconst DEPTH = {encoding};\nconst FARTHEST = {farthest};\n");
+    let constants = format!(
+        "const BACKGROUND: f32 = 1e16;\nconst LINEAR_DEPTH = 0;\nconst DEPTH = {encoding};\nconst FARTHEST = {farthest};\n"
+    );
     scene::traverse() + &constants + LENS + include_str!("start.wgsl")
 }
 
