@@ -10,13 +10,13 @@ use crate::error::{Error, Result};
 use rayon::prelude::*;
 use serde::Serialize;
 
-/// Difference of visibility that [`error`] shows in full colour.
+/// Difference of visibility that a picture of errors shows in full colour.
 pub const ERROR_SCALE: f32 = 0.25;
 
 const C1: f64 = 0.01 * 0.01;
 const C2: f64 = 0.03 * 0.03;
 
-/// Smallest width and height [px] that can be compared: one Gaussian window.
+/// Smallest width and height (px) that can be compared: one Gaussian window.
 pub const MIN_SIDE: usize = 11;
 
 /// The weights that SSIM takes its local means with.
@@ -51,7 +51,7 @@ pub struct Scores {
     pub ssim_8x8: f64,
     /// Mean squared error.
     pub mse: f64,
-    /// [`psnr`] of `mse` [dB]; infinite (null in JSON) for identical pixels.
+    /// [`psnr`] of `mse` (dB); infinite (null in JSON) for identical pixels.
     pub psnr: f64,
     /// Pixels that the error was averaged over.
     pub pixels: usize,
@@ -93,7 +93,7 @@ pub fn ssim(a: &AoImage, b: &AoImage, window: Window) -> Result<f64> {
     Ok(ssim_means(a, b, window, None)?.full)
 }
 
-/// Peak signal-to-noise ratio [dB] of a mean squared error, for a peak of 1; infinite for 0.
+/// Peak signal-to-noise ratio (dB) of a mean squared error, for a peak of 1; infinite for 0.
 pub fn psnr(mse: f64) -> f64 {
     -10.0 * mse.log10()
 }

@@ -22,17 +22,17 @@ impl Random {
 
     /// The stream of a crop of a training step, so that a resumed run draws the same crops.
     pub fn of_crop(seed: u64, step: u64, index: u64) -> Self {
-        [step, index].into_iter().fold(Self::new(seed), |mut random, key| Self::new(random.next() ^ key))
+        [step, index].into_iter().fold(Self::new(seed), |mut random, key| Self::new(random.bits() ^ key))
     }
 
     /// The next 64 bits.
-    pub fn next(&mut self) -> u64 {
+    pub fn bits(&mut self) -> u64 {
         self.0.bits()
     }
 
     /// Uniform in [0, 1), to the last bit.
     pub fn unit_f64(&mut self) -> f64 {
-        (self.next() >> 11) as f64 / (1u64 << 53) as f64
+        (self.bits() >> 11) as f64 / (1u64 << 53) as f64
     }
 
     /// Uniform in [0, 1).
@@ -84,7 +84,7 @@ mod tests {
 
     #[test]
     fn streams_differ_by_seed_scene_and_index() {
-        let first = |seed, scene, index| Random::of_frame(seed, scene, index).next();
+        let first = |seed, scene, index| Random::of_frame(seed, scene, index).bits();
         assert_eq!(first(1, "a", 2), first(1, "a", 2));
         let all =
             [first(1, "a", 2), first(2, "a", 2), first(1, "b", 2), first(1, "a", 3), first(1, "a\u{1}", 2)];

@@ -108,7 +108,7 @@ pub enum DepthEncoding {
     Reversed,
     /// 0 at the near plane, 1 at the far plane and on the background.
     Standard,
-    /// Distance along -Z [world units]; the background is infinite, NaN or not above 0.
+    /// Distance along -Z (world units); the background is infinite, NaN or not above 0.
     Linear,
 }
 
@@ -141,7 +141,7 @@ pub struct Frame {
     /// The camera that saw the frame; of the session's size. Its near plane counts for depth that is not linear, and its
     /// place for normals in world space.
     pub camera: Camera,
-    /// Distance of the far plane [world units]: infinite is allowed with perspective. Counts for depth that is not
+    /// Distance of the far plane (world units): infinite is allowed with perspective. Counts for depth that is not
     /// linear.
     pub far: f32,
     /// The AO radius.

@@ -7,7 +7,7 @@ use crate::net::config::{Channel, Features, SearchConfig};
 use crate::search;
 use crate::simd::{Isa, Level};
 
-/// Range of the projected radius that the network tells apart, log2 [px]: 1/16 px to 65536 px.
+/// Range of the projected radius that the network tells apart, log2 (px): 1/16 px to 65536 px.
 /// Background is infinitely far and gets the lower end.
 pub(crate) const LOG2_PX_RANGE: (f32, f32) = (-4.0, 16.0);
 
@@ -61,7 +61,7 @@ pub(crate) struct FeatureRows<'a> {
     channels: &'a [Channel],
     /// Nearest depth, and one over the range of depths; of the foreground.
     depth_range: (f32, f32),
-    /// log2 of the radius [px] at depth 1.
+    /// log2 of the radius (px) at depth 1.
     log2_radius_px: f32,
     /// HxW visibility that the search found, if a channel shows it.
     search: &'a [f32],

@@ -9,10 +9,10 @@ use crate::net::config::{Arch, Features, KernelWeights, ModelConfig, SearchConfi
 /// Index of a [`Node`] and of the tensor that it produces.
 pub type ValueId = usize;
 
-/// Side of the kernel window [px]. AO-Net §3.3.
+/// Side of the kernel window (px). AO-Net §3.3.
 pub const WINDOW: usize = 4;
 
-/// Offset of the first tap from the pixel [px]: a 4x4 window has no centre, ours covers -1..=2.
+/// Offset of the first tap from the pixel (px): a 4x4 window has no centre, ours covers -1..=2.
 pub const FIRST_TAP: isize = -1;
 
 /// Number of channels that kernels weigh: the normal.
@@ -62,14 +62,14 @@ pub enum Op {
     PatchPartition {
         /// CxHxW.
         input: ValueId,
-        /// Side [px].
+        /// Side (px).
         patch: usize,
     },
     /// The inverse of `PatchPartition`.
     PatchMerge {
         /// C·patch² x H x W.
         input: ValueId,
-        /// Side [px].
+        /// Side (px).
         patch: usize,
     },
     /// `size` x `size` convolution with bias; parameters `{name}.weight` (OIHW, I of one group) and `{name}.bias` (O).
@@ -117,7 +117,7 @@ pub enum Op {
         kernels: ValueId,
         /// The value whose first three channels are weighed; pH x pW.
         guide: ValueId,
-        /// Side [px].
+        /// Side (px).
         patch: usize,
         /// Never `Off`.
         weights: KernelWeights,
@@ -228,7 +228,7 @@ impl Graph {
         self.nodes.len() - 1
     }
 
-    /// Width and height must be multiples of this [px]; runtimes pad by repeating the edge.
+    /// Width and height must be multiples of this (px); runtimes pad by repeating the edge.
     pub fn alignment(&self) -> usize {
         self.nodes.iter().map(|n| n.stride).max().unwrap_or(1)
     }

@@ -82,7 +82,7 @@ impl Buffer {
 pub enum Resample {
     /// Nothing.
     None,
-    /// [`Op::AvgPool2`] one or more times: the mean of squares of this side [px].
+    /// [`Op::AvgPool2`] one or more times: the mean of squares of this side (px).
     AvgPool(usize),
     /// [`Op::Upsample2`].
     Upsample2,
@@ -122,7 +122,7 @@ pub enum Step {
         search: Option<BufferId>,
         /// Planar.
         output: BufferId,
-        /// Side of a patch [px].
+        /// Side of a patch (px).
         patch: usize,
     },
     /// Resampling, concatenation, convolution, activation.
@@ -148,7 +148,7 @@ pub enum Step {
         input: BufferId,
         /// The partitioned features.
         guide: BufferId,
-        /// Side of a patch [px].
+        /// Side of a patch (px).
         patch: usize,
         /// Whether the convolution predicts kernels.
         kernel: KernelWeights,
@@ -165,7 +165,7 @@ pub enum Step {
 /// A graph at one size.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Plan {
-    /// Size of the image (width, height) [px].
+    /// Size of the image (width, height) (px).
     pub size: (usize, usize),
     /// The same, padded to the graph's alignment.
     pub padded: (usize, usize),
@@ -173,12 +173,12 @@ pub struct Plan {
     pub buffers: Vec<Buffer>,
     /// In order of execution.
     pub steps: Vec<Step>,
-    /// Length of the arena [values].
+    /// Length of the arena (values).
     pub arena_len: usize,
 }
 
 impl Plan {
-    /// The plan of `graph` for images of `width` x `height` [px].
+    /// The plan of `graph` for images of `width` x `height` (px).
     ///
     /// # Errors
     /// When a side is 0 or too large.
@@ -233,7 +233,7 @@ impl Plan {
 enum Lowered {
     /// What a search found.
     Search(BufferId),
-    /// The partitioned features, seen with patches of this side [px].
+    /// The partitioned features, seen with patches of this side (px).
     Features { buffer: BufferId, patch: usize },
     /// Something that a convolution can read.
     Sources(Vec<Source>),

@@ -50,7 +50,7 @@ impl AgtaoParams {
 pub(crate) struct Agtao<'a> {
     screen: &'a Screen<'a>,
     params: AgtaoParams,
-    /// Of the search, squared [square world units].
+    /// Of the search, squared (square world units).
     squared_radius: f32,
     /// Of the angle bias.
     cos_sin_bias: [f32; 2],

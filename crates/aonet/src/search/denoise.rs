@@ -12,7 +12,7 @@ use rayon::prelude::*;
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Denoise {
     pub(crate) passes: u32,
-    /// Distance from the pixel's plane at which a neighbour stops counting [share of the AO radius].
+    /// Distance from the pixel's plane at which a neighbour stops counting (share of the AO radius).
     pub(crate) plane: f32,
     /// Exponent on the cosine between the normals.
     pub(crate) normal: f32,

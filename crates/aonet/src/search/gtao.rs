@@ -32,7 +32,7 @@ filtered_params! {
         power: f32 = 2.2 in 0.2..=4.0,
         /// Levels of the depth pyramid; 1 is none.
         depth_levels: u32 = 5 in 1..=5,
-        /// Taps farther than two to the power of it [px] come from coarser levels.
+        /// Taps farther than two to the power of it (px) come from coarser levels.
         depth_offset: f32 = 3.3 in 0.0..=8.0,
     }
 }
@@ -48,9 +48,9 @@ pub(crate) struct Gtao<'a> {
     screen: &'a Screen<'a>,
     params: GtaoParams,
     pyramid: Pyramid,
-    /// [world units]
+    /// (world units)
     radius: f32,
-    /// How fast an occluder fades out [share a world unit].
+    /// How fast an occluder fades out (share a world unit).
     fade: f32,
 }
 

@@ -3,7 +3,7 @@
 use crate::simd::Wide;
 use crate::simd::lanes::{F, LANES};
 
-/// Side of the tile [px].
+/// Side of the tile (px).
 pub(crate) const TILE: usize = 64;
 
 /// Two numbers a pixel; rows go on where they begin, so that all that start in the tile are whole.

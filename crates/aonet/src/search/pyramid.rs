@@ -25,7 +25,7 @@ pub(crate) struct Pyramid {
 }
 
 impl Pyramid {
-    /// Levels above the frame's own; `range` [world units] is the depth difference beyond which near surfaces do not
+    /// Levels above the frame's own; `range` (world units) is the depth difference beyond which near surfaces do not
     /// count in a coarse cell, and `soft` the part of it over which they fade.
     pub(crate) fn new(
         screen: &Screen<'_>,

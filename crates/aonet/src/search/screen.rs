@@ -13,13 +13,13 @@ use crate::simd::vector::V3;
 #[derive(Debug)]
 pub(crate) struct Screen<'a> {
     gbuffer: &'a GBuffer<'a>,
-    /// AO radius [world units].
+    /// AO radius (world units).
     pub(crate) radius: f32,
-    /// Height of a pixel [world units]: the first times the depth plus the second. One of them is 0.
+    /// Height of a pixel (world units): the first times the depth plus the second. One of them is 0.
     pixel_size: [f32; 2],
     /// Width of a pixel over its height.
     pub(crate) aspect: f32,
-    /// The place (x, y) that the camera's axis meets [px]; whole numbers are centres of pixels.
+    /// The place (x, y) that the camera's axis meets (px); whole numbers are centres of pixels.
     centre: [f32; 2],
 }
 
@@ -40,7 +40,7 @@ pub(crate) struct Pixels<S: Wide> {
     pub(crate) to_viewer: V3<S>,
     /// Length of the pixel's ray for each unit of depth.
     pub(crate) ray_length: F<S>,
-    /// The AO radius on the screen, along y [px].
+    /// The AO radius on the screen, along y (px).
     pub(crate) radius_px: F<S>,
     /// Height of a pixel over its width.
     pub(crate) inverse_aspect: f32,
@@ -70,7 +70,7 @@ impl<'a> Screen<'a> {
         self.gbuffer
     }
 
-    /// Size of the frame [px].
+    /// Size of the frame (px).
     pub(crate) fn size(&self) -> Size {
         self.gbuffer.size()
     }
@@ -118,14 +118,14 @@ impl<'a> Screen<'a> {
         V3 { x: (x - cx) * (scale * self.aspect), y: (cy - y) * scale, z: -depth }
     }
 
-    /// The place on the screen (x, y) [px] of a view-space position in front of the camera.
+    /// The place on the screen (x, y) (px) of a view-space position in front of the camera.
     #[inline(always)]
     pub(crate) fn place<S: Wide>(&self, position: V3<S>) -> (F<S>, F<S>) {
         let ([cx, cy], scale) = (self.centre, 1.0 / self.pixel_size(-position.z));
         (position.x.mul_add(scale * (1.0 / self.aspect), cx), (-position.y).mul_add(scale, cy))
     }
 
-    /// Height of a pixel at a depth [world units].
+    /// Height of a pixel at a depth (world units).
     #[inline(always)]
     pub(crate) fn pixel_size<S: Wide>(&self, depth: F<S>) -> F<S> {
         depth.mul_add(self.pixel_size[0], self.pixel_size[1])

@@ -21,7 +21,7 @@ pub(crate) struct Slice<S: Wide> {
     pub(crate) towards: V3<S>,
     /// Length of the normal's projection into the slice.
     pub(crate) normal_length: F<S>,
-    /// The projection's angle from `to_viewer`, positive along: cosine, sine and angle [rad].
+    /// The projection's angle from `to_viewer`, positive along: cosine, sine and angle (rad).
     pub(crate) cos_n: F<S>,
     pub(crate) sin_n: F<S>,
     pub(crate) n: F<S>,
@@ -30,7 +30,7 @@ pub(crate) struct Slice<S: Wide> {
 /// Where an occluder is in a slice, seen from the pixel.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct InSlice<S: Wide> {
-    /// Towards the viewer, and along [world units].
+    /// Towards the viewer, and along (world units).
     pub(crate) towards: F<S>,
     pub(crate) along: F<S>,
     /// Its distance, squared, and one over it.

@@ -22,10 +22,10 @@ filtered_params! {
         hemisphere: u32 = 1 in 0..=1,
         /// The radius of the search, as a factor on the AO radius.
         radius_scale: f32 = 1.0 in 0.1..=4.0,
-        /// How far in front of a point the surface must be to hide it [share of the AO radius]: hides the stairs of the
+        /// How far in front of a point the surface must be to hide it (share of the AO radius): hides the stairs of the
         /// depth buffer.
         bias: f32 = 0.025 in 0.0..=0.5,
-        /// Occluders that are farther in front of the pixel than this fade out [share of the AO radius].
+        /// Occluders that are farther in front of the pixel than this fade out (share of the AO radius).
         range: f32 = 1.0 in 0.1..=10.0,
         /// Exponent of the points' distances: above 1, more of them lie near the pixel.
         distribution: f32 = 2.0 in 0.33..=4.0,

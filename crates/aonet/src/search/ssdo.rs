@@ -20,9 +20,9 @@ filtered_params! {
         samples: u32 = 16 in 1..=256,
         /// The radius of the search, as a factor on the AO radius.
         radius_scale: f32 = 1.0 in 0.1..=4.0,
-        /// How far in front of a sample the surface must be to hide it [share of the AO radius].
+        /// How far in front of a sample the surface must be to hide it (share of the AO radius).
         bias: f32 = 0.01 in 0.0..=0.5,
-        /// An occluder that is farther in front of its sample does not count [share of the AO radius].
+        /// An occluder that is farther in front of its sample does not count (share of the AO radius).
         depth_limit: f32 = 2.0 in 0.05..=100.0,
         /// Exponent of the samples' distances: above 1, more of them lie near the pixel.
         distribution: f32 = 1.0 in 0.33..=4.0,

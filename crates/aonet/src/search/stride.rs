@@ -7,13 +7,13 @@ use crate::simd::Wide;
 use crate::simd::integers::U;
 use crate::simd::lanes::{F, Mask};
 
-/// Longest stride [px]: beyond every frame, and whole numbers of it are still floats.
+/// Longest stride (px): beyond every frame, and whole numbers of it are still floats.
 const LONGEST: f32 = 65_536.0;
 
 /// A step of every pixel to one beside it.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Stride<S: Wide> {
-    /// To the right and down [px].
+    /// To the right and down (px).
     columns: U<S>,
     rows: U<S>,
     /// In a row-major image.
@@ -26,7 +26,7 @@ pub(crate) struct Stride<S: Wide> {
 /// What is at the end of a stride, in its slice and seen from the pixel.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Seen<S: Wide> {
-    /// Towards the viewer [world units].
+    /// Towards the viewer (world units).
     pub(crate) towards: F<S>,
     /// Its distance, squared.
     pub(crate) squared: F<S>,

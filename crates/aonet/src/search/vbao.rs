@@ -21,7 +21,7 @@ filtered_params! {
         slices: u32 = 3 in 1..=64,
         /// Taps on each side of a slice: finds thinner occluders.
         steps: u32 = 3 in 1..=64,
-        /// How thick occluders are taken to be [share of the AO radius]: less lets more light pass behind.
+        /// How thick occluders are taken to be (share of the AO radius): less lets more light pass behind.
         thickness: f32 = 0.25 in 0.001..=10.0,
         /// The radius of the search, as a factor on the AO radius.
         radius_scale: f32 = 1.0 in 0.1..=4.0,

@@ -219,7 +219,7 @@ impl<S: Wide> F<S> {
         self * (self * self).polynomial(SERIES)
     }
 
-    /// Arc cosine [rad], off by less than 7e-5. Abramowitz and Stegun 1964, 4.4.45.
+    /// Arc cosine (rad), off by less than 7e-5. Abramowitz and Stegun 1964, 4.4.45.
     #[inline(always)]
     pub(crate) fn acos(self) -> Self {
         let t = self.abs().min(1.0);

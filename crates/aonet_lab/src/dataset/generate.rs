@@ -166,7 +166,7 @@ fn choose(plan: &DatasetPlan, job: Job, stage: &Stage, summary: &mut Summary) ->
     let (recipe, scene) = (&plan.recipe, &plan.scenes[job.scene].name);
     let mut random = Random::of_frame(recipe.seed, scene, job.index);
     // 53 bits: JSON numbers are doubles to most readers.
-    let seed = random.next() >> 11;
+    let seed = random.bits() >> 11;
     let (view, flaws) = stage.view(&recipe.framing(), &mut random)?;
     flaws.into_iter().for_each(|f| *summary.flaws.entry(f).or_default() += 1);
     summary.chosen += 1;

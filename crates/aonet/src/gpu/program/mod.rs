@@ -112,7 +112,7 @@ pub struct Program {
 }
 
 impl Program {
-    /// Width and height of the frames [px].
+    /// Width and height of the frames (px).
     pub fn size(&self) -> (usize, usize) {
         self.size
     }
@@ -164,7 +164,7 @@ impl Program {
 
 /// A method that has a program for every size.
 pub trait Describe {
-    /// The program for frames of `size` (width, height) [px].
+    /// The program for frames of `size` (width, height) (px).
     ///
     /// # Errors
     /// When a side is 0 or too large.

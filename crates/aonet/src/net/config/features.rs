@@ -32,9 +32,9 @@ pub enum Channel {
     Normal(Axis),
     /// The same as n/2 + 1/2, as G-buffers store it; 0 on the background.
     NormalEncoded(Axis),
-    /// A component of the view-space position [world units]; 0 on the background.
+    /// A component of the view-space position (world units); 0 on the background.
     Position(Axis),
-    /// Depth along -Z [world units]; 0 on the background.
+    /// Depth along -Z (world units); 0 on the background.
     Depth,
     /// Depth scaled to [0, 1] over the foreground of the frame; 1 on the background.
     DepthNormalized,

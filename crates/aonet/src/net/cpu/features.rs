@@ -12,7 +12,7 @@ use crate::simd::{Kernel, Simd};
 /// Writes the features into a planar buffer.
 #[derive(Debug)]
 pub(super) struct PartitionFeatures {
-    /// Size of the frame (width, height) [px].
+    /// Size of the frame (width, height) (px).
     pub(super) size: (usize, usize),
     pub(super) patch: usize,
     /// What the search found, where a channel shows it.

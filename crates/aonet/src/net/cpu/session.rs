@@ -63,12 +63,12 @@ enum Prepared {
     Features(PartitionFeatures),
     Conv(Conv),
     Winograd(Winograd),
-    Head(Head),
+    Head(Box<Head>),
     Image(Image),
 }
 
 impl Session {
-    /// A session for frames of `width` x `height` [px] in f32, with the best instructions of this machine; the caller of
+    /// A session for frames of `width` x `height` (px) in f32, with the best instructions of this machine; the caller of
     /// [`Session::run`] is one of the `threads`.
     ///
     /// # Errors
@@ -207,7 +207,7 @@ impl Prepared {
                 }
             }
             Step::Head { name, input, guide, patch, kernel, base } => {
-                Self::Head(Head::new(recipe, (name, [*input, *guide], *patch, *kernel), *base)?)
+                Self::Head(Box::new(Head::new(recipe, (name, [*input, *guide], *patch, *kernel), *base)?))
             }
             Step::Image { input } => Self::Image(Image { input: buffer(*input) }),
         })

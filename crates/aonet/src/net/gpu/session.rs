@@ -8,7 +8,7 @@ use crate::net::gpu::network::Network;
 use crate::net::model::Model;
 
 impl Session<Network> {
-    /// A session for frames of `size` (width, height) [px].
+    /// A session for frames of `size` (width, height) (px).
     ///
     /// # Errors
     /// When a side is 0 or too large for the device, or the device lacks what WebGPU promises or does not have enough

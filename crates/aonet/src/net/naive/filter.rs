@@ -9,7 +9,7 @@ const REACH: isize = 2;
 const SPATIAL: [f64; 3] = [1.0, 0.8007, 0.4111];
 
 /// One pass over 1xHxW visibility: neighbours count as far as they lie on the pixel's plane and face its way. `plane` is the
-/// distance from it at which they stop to count [share of the AO radius], `facing` the exponent on the cosine between the
+/// distance from it at which they stop to count (share of the AO radius), `facing` the exponent on the cosine between the
 /// normals.
 pub(super) fn filter(frame: &Frame<'_>, (plane, facing): (f32, f32), visibility: &Planes) -> Planes {
     let (width, height) = (frame.gbuffer.width() as isize, frame.gbuffer.height() as isize);

@@ -34,7 +34,7 @@ impl Lens {
         if self.perspective { -self.position(x, y, 1.0).normalize() } else { DVec3::Z }
     }
 
-    /// How many pixels are as high as a length [world units] at a depth.
+    /// How many pixels are as high as a length (world units) at a depth.
     pub(super) fn projected_px(&self, length: f64, depth: f64) -> f64 {
         if self.perspective { length * self.focal_px[1] / depth } else { length * self.focal_px[1] }
     }

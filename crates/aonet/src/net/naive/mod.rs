@@ -53,7 +53,7 @@ impl Planes {
         self.values[(c * self.height + y) * self.width + x]
     }
 
-    /// The image with its last column and row repeated until both sides are multiples of `step` [px].
+    /// The image with its last column and row repeated until both sides are multiples of `step` (px).
     pub fn padded(&self, step: usize) -> Self {
         let (height, width) = (self.height.next_multiple_of(step), self.width.next_multiple_of(step));
         Self::from_fn((self.channels, height, width), |c, y, x| self.at(c, y as isize, x as isize))

@@ -34,7 +34,7 @@ pub(super) fn search(config: &SearchConfig, gbuffer: &GBuffer, params: AoParams)
     visibility
 }
 
-/// A frame, its camera and the AO radius [world units].
+/// A frame, its camera and the AO radius (world units).
 pub(super) struct Frame<'a> {
     pub(super) gbuffer: &'a GBuffer<'a>,
     pub(super) lens: Lens,
@@ -51,7 +51,7 @@ struct Slice {
     towards: DVec3,
     /// Length of the normal's projection into the slice.
     normal_length: f64,
-    /// Angle of the projection from the viewer, positive along the slice [rad].
+    /// Angle of the projection from the viewer, positive along the slice (rad).
     normal_angle: f64,
 }
 

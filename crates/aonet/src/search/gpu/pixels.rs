@@ -32,7 +32,7 @@ pub(crate) fn visibility(list: &mut Dispatches, label: &str, (width, height): (u
     list.storage(label, width * height * size_of::<f32>())
 }
 
-/// Adds the dispatch of a shader, with its label, over a frame of `size` (width, height) [px].
+/// Adds the dispatch of a shader, with its label, over a frame of `size` (width, height) (px).
 pub(crate) fn push(
     (label, shader): (&str, Shader),
     bindings: &[Binding],
