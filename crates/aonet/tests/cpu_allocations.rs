@@ -49,7 +49,7 @@ fn main() {
             let gbuffer = frame((50, 30), 4);
             let mut image = AoImage::open(Size::px(50, 30));
             let mut ranges = Ranges::new();
-            let mut session = Session::new(&model, 50, 30, 1).unwrap();
+            let mut session = Session::new(&model, aonet::Size::px(50, 30), 1).unwrap();
             session.calibrate(&gbuffer, params(), &mut image, &mut ranges).unwrap();
             let model = model.with_ranges(ranges).unwrap();
             for (threads, precision) in

@@ -128,7 +128,7 @@ fn any_size() {
 fn an_observer_sees_every_step_in_order_and_changes_nothing() {
     let model = model(small(Features::normal_projected_radius(), 4, KernelWeights::Linear), 1);
     let gbuffer = frame((50, 30), 2);
-    let mut session = Session::new(&model, 50, 30, 2).unwrap();
+    let mut session = Session::new(&model, Size::px(50, 30), 2).unwrap();
     let mut image = AoImage::open(Size::px(50, 30));
     let mut seen = Vec::new();
     session.run_observed(&gbuffer, params(), &mut image, &mut |step| seen.push(step)).unwrap();
@@ -274,7 +274,7 @@ fn a_shifted_frame_gives_a_shifted_image() {
 fn a_session_keeps_nothing_of_the_last_frame() {
     let model = model(ModelConfig::paper(), 9);
     let frames = [frame((90, 50), 10), frame((90, 50), 11)];
-    let mut session = Session::new(&model, 90, 50, 2).unwrap();
+    let mut session = Session::new(&model, Size::px(90, 50), 2).unwrap();
     let mut image = AoImage::open(Size::px(90, 50));
     for gbuffer in [&frames[0], &frames[1], &frames[0]] {
         session.run(gbuffer, params(), &mut image).unwrap();
@@ -304,15 +304,15 @@ fn background_is_open_and_the_rest_is_clamped() {
 #[test]
 fn wrong_sizes_and_no_threads_are_errors() {
     let model = model(small(Features::normal(), 4, KernelWeights::Linear), 14);
-    let mut session = Session::new(&model, 20, 10, 1).unwrap();
+    let mut session = Session::new(&model, Size::px(20, 10), 1).unwrap();
     let (good, bad) = (frame((20, 10), 1), frame((10, 20), 1));
     let mut image = AoImage::open(Size::px(20, 10));
     let error = session.run(&bad, params(), &mut image).unwrap_err().to_string();
     assert!(error.contains("20x10") && error.contains("10x20"), "{error}");
     let mut wrong = AoImage::open(Size::px(10, 10));
     assert!(session.run(&good, params(), &mut wrong).is_err());
-    assert!(Session::new(&model, 20, 10, 0).is_err());
-    assert!(Session::new(&model, 0, 10, 1).is_err());
+    assert!(Session::new(&model, Size::px(20, 10), 0).is_err());
+    assert!(Size::new(0, 10).is_err());
 }
 
 #[test]

@@ -28,9 +28,9 @@ pub fn ranges(
     let mut ranges = Ranges::new();
     for k in 0..count {
         let (gbuffer, params, _) = read(manifest, train[k * train.len() / count])?;
-        let (width, height) = (gbuffer.width(), gbuffer.height());
-        let mut image = AoImage::open(gbuffer.size());
-        Session::new(model, width, height, threads)?.calibrate(&gbuffer, params, &mut image, &mut ranges)?;
+        let window = gbuffer.window();
+        let mut image = AoImage::open(window.size());
+        Session::new(model, window, threads)?.calibrate(&gbuffer, params, &mut image, &mut ranges)?;
         progress(k + 1, count);
     }
     Ok(ranges)

@@ -33,7 +33,7 @@ fn write_case(folder: &Path, model: &Model, (name, form, extent): (String, Form,
     };
     let gbuffer = frame(size, 2);
     let mut expected = AoImage::open(gbuffer.size());
-    Session::new(model, size.0, size.1, 1).unwrap().run(&gbuffer, params(), &mut expected).unwrap();
+    Session::new(model, gbuffer.window(), 1).unwrap().run(&gbuffer, params(), &mut expected).unwrap();
     assert!(spread(&expected, &gbuffer) > 0.05, "nothing to see: {name}");
     for (input, planes) in inputs(model, extent, (&gbuffer, params())).unwrap() {
         std::fs::write(folder.join(format!("{name}.{input}.npy")), npy(&planes)).unwrap();

@@ -35,7 +35,10 @@ fn networks_give_the_cpus_image_of_the_same_buffer() {
     for (method, bytes) in [(Method::Network, shipped::ANY_RADIUS), (Method::Paper, shipped::PAPER)] {
         let model = Model::from_bytes(bytes).unwrap();
         let mut expected = AoImage::open(Size::px(130, 70));
-        cpu::Session::new(&model, 130, 70, 2).unwrap().run(&gbuffer, frame.params, &mut expected).unwrap();
+        cpu::Session::new(&model, Size::px(130, 70), 2)
+            .unwrap()
+            .run(&gbuffer, frame.params, &mut expected)
+            .unwrap();
         let found = readback::visibility(&renderer, method).unwrap();
         let (mean, largest) = differences(&found, &expected);
         eprintln!("{method}: mean {mean:e}, largest {largest:e}");

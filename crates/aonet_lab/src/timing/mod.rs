@@ -141,7 +141,7 @@ pub fn calibrated(model: Model, precision: Precision) -> Result<Model> {
     let (width, height) = CALIBRATION_SIZE;
     let (gbuffer, mut image) = (bump(width, height)?, AoImage::open(Size::new(width, height)?));
     let mut ranges = Ranges::new();
-    Session::new(&model, width, height, 1)?.calibrate(
+    Session::new(&model, Size::new(width, height)?, 1)?.calibrate(
         &gbuffer,
         AoParams::new(RADIUS)?,
         &mut image,

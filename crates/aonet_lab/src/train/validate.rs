@@ -62,8 +62,8 @@ impl Validation {
     pub(crate) fn score(&self, config: &TrainConfig, weights: &Weights) -> Result<Scores> {
         let model = Model::new(config.model.clone(), weights.clone(), TrainingFacts::default())?;
         let score = |(gbuffer, params, reference): &(GBuffer, AoParams, AoImage)| -> Result<[f64; 3]> {
-            let mut ao = AoImage::open(gbuffer.size());
-            Session::new(&model, gbuffer.width(), gbuffer.height(), 1)?.run(gbuffer, *params, &mut ao)?;
+            let mut ao = AoImage::open(gbuffer.window().size());
+            Session::new(&model, gbuffer.window(), 1)?.run(gbuffer, *params, &mut ao)?;
             let full = metrics::compare(reference, &ao, None)?.full;
             let pairs = ao.visibility().iter().zip(reference.visibility());
             let l1 = pairs.map(|(a, b)| f64::from((a - b).abs())).sum::<f64>() / ao.visibility().len() as f64;

@@ -13,7 +13,6 @@ use super::winograd::{self, Winograd};
 use crate::error::{Error, Result};
 use crate::frame::ao_image::{AoImage, AoParams};
 use crate::frame::gbuffer::GBuffer;
-use crate::frame::size::Size;
 use crate::frame::window::Window;
 use crate::net::config::Features;
 use crate::net::model::Model;
@@ -68,16 +67,16 @@ enum Prepared {
 }
 
 impl Session {
-    /// A session for frames of `width` x `height` (px) in f32, with the best instructions of this machine; the caller of
-    /// [`Session::run`] is one of the `threads`.
+    /// A session for pictures of a size, or for a window of one and its guard band, in f32 and with the best
+    /// instructions of this machine. The caller of [`Session::run`] is one of the `threads`.
     ///
     /// # Errors
-    /// When a side is 0 or too large, `threads` is 0 or cannot be started, or there is not enough memory.
-    pub fn new(model: &Model, width: usize, height: usize, threads: usize) -> Result<Self> {
-        Self::with_options(model, Size::new(width, height)?, Options { threads, ..Options::default() })
+    /// When `threads` is 0, a thread cannot be started, or there is not enough memory.
+    pub fn new(model: &Model, window: impl Into<Window>, threads: usize) -> Result<Self> {
+        Self::with_options(model, window, Options { threads, ..Options::default() })
     }
 
-    /// The same for pictures with a guard band or without, with a choice of numbers and instructions.
+    /// [`Session::new`] with a choice of numbers and instructions.
     ///
     /// # Errors
     /// As [`Session::new`], when the machine does not have the instructions, and when the model does not know the ranges that
