@@ -74,7 +74,10 @@ class Network(torch.nn.Module):
         if config["kernel"] in ("linear", "softmax"):
             x = self.weigh(x, features[:, :3])
         x = functional.pixel_shuffle(x, config["patch"])
-        return 1.0 - features[:, 4:5] + x if config["kernel"] == "correction" else x
+        if config.get("output") != "correction":
+            return x
+        channel = config["features"].index("horizon_occlusion")
+        return 1.0 - features[:, channel : channel + 1] + x
 
     def weigh(self, kernels, normals):
         """AO-Net §3.3, Eq. 2: what each pixel's kernel says of the normals around it."""
@@ -105,7 +108,13 @@ def features_of(options, model, size, folder):
     frame = folder / "frame.exr"
     run(options.aonet, "render", "procedural:clutter_pile:1", "--view", folder / "view.json", "--ground", "-o", frame)
     words = [options.aonet, "export", model, "--onnx", folder / "network.onnx", "--frame", frame, "--json"]
-    return torch.from_numpy(np.load(json.loads(run(*words))["frames"][0])), frame
+    path = pathlib.Path(json.loads(run(*words))["frames"][0])
+    features, search = np.load(path), path.with_name(f"{path.stem}_search.npy")
+    if search.exists():
+        # The file takes the search apart; the network sees its occlusion as one more channel.
+        channel = Network(model).config["features"].index("horizon_occlusion")
+        features = np.insert(features, channel, 1.0 - np.load(search)[:, 0], axis=1)
+    return torch.from_numpy(features), frame
 
 
 def check(options, model, size, folder):

@@ -74,19 +74,26 @@ def render(options, folder):
 
 
 def export(options, model, frames, folder):
-    """Writes all forms; returns their paths and features of the frames."""
+    """Writes all forms; returns their paths and the inputs of the frames, arrays by name."""
     paths = {"plain": folder / "plain.onnx", "tuned": folder / "tuned.onnx"}
     words = [options.aonet, "export", *model_words(model, positional=True), "--size", options.size]
     run(*words, "--onnx", paths["tuned"], "--tuned")
     with_frames = [word for frame in frames for word in ("--frame", frame)]
     facts = json.loads(run(*words, "--onnx", paths["plain"], *with_frames, "--json"))
-    features = [np.load(path) for path in facts["frames"]]
+    inputs = [inputs_at(pathlib.Path(path)) for path in facts["frames"]]
     if paths["plain"].read_bytes() == paths["tuned"].read_bytes():
         print("nothing to tune: one form for both")
         del paths["tuned"]
     if "int8" in options.precision:
-        paths.update(quantise.quantised(paths, folder, features[:-1]))
-    return paths, features
+        paths.update(quantise.quantised(paths, folder, inputs[:-1]))
+    return paths, inputs
+
+
+def inputs_at(features):
+    """Features, and what a search found if the network has one, beside which it lies."""
+    search = features.with_name(f"{features.stem}_search.npy")
+    found = {"features": np.load(features)}
+    return found | ({"search": np.load(search)} if search.exists() else {})
 
 
 def aonet_image(options, model, frame, precision, folder):
@@ -125,13 +132,13 @@ def aonet_times(options, model, threads, precision):
     return timing["median_ms"], timing["median_ms"] - timing["features_ms"]
 
 
-def timed(call, features):
+def timed(call, inputs):
     """Median of RUNS calls after one that does not count [ms]."""
-    call(features)
+    call(inputs)
     values = []
     for _ in range(RUNS):
         start = time.perf_counter()
-        call(features)
+        call(inputs)
         values.append((time.perf_counter() - start) * 1e3)
     return statistics.median(values)
 
@@ -139,8 +146,8 @@ def timed(call, features):
 class Errors:
     """Differences from the first f32 result, on the foreground."""
 
-    def __init__(self, features):
-        self.foreground = np.abs(features[0, :3]).sum(axis=0).reshape(-1) > 0
+    def __init__(self, inputs):
+        self.foreground = np.abs(inputs["features"][0, :3]).sum(axis=0).reshape(-1) > 0
         self.expected = None
         self.found = {}
 
@@ -155,7 +162,7 @@ class Errors:
         return self.found[key]
 
 
-def prepare(options, found, features, errors):
+def prepare(options, found, inputs, errors):
     """Runners that ran. What fails, or computes something else in f32, is named and left out."""
     ready = {}
     for (name, precision), make in found.items():
@@ -164,7 +171,7 @@ def prepare(options, found, features, errors):
         for count in options.threads:
             try:
                 call = make(count)
-                _, largest = errors.add((name, precision), call(features))
+                _, largest = errors.add((name, precision), call(inputs))
             except Exception as why:  # A runtime that does not support the file says so in its own way.
                 print(f"{name} {precision}: {str(why).splitlines()[0]}, left out")
                 continue
@@ -178,9 +185,9 @@ def prepare(options, found, features, errors):
 def measure(options, model, folder):
     """Times [ms] by (name, precision, threads), and errors."""
     frames = render(options, folder)
-    paths, features = export(options, model, frames, folder)
-    errors, times = Errors(features[-1]), {}
-    ready = prepare(options, runtimes.available(paths, folder), features[-1], errors)
+    paths, inputs = export(options, model, frames, folder)
+    errors, times = Errors(inputs[-1]), {}
+    ready = prepare(options, runtimes.available(paths, folder), inputs[-1], errors)
     precisions = aonet_precisions(options, model)
     for precision in precisions:
         image = aonet_image(options, model, frames[-1], precision, folder)
@@ -193,7 +200,7 @@ def measure(options, model, folder):
                 times.setdefault(("aonet, network only", precision, count), []).append(network)
                 times.setdefault(("aonet", precision, count), []).append(frame)
         for key, call in ready.items():
-            times.setdefault(key, []).append(timed(call, features[-1]))
+            times.setdefault(key, []).append(timed(call, inputs[-1]))
     return times, errors.found
 
 

@@ -1,4 +1,4 @@
-"""8-bit forms of exported networks, calibrated on features of frames: for compare_runtimes.py.
+"""8-bit forms of exported networks, calibrated on the inputs of frames: for compare_runtimes.py.
 
 The trunk is quantised: convolutions and the operations between them, so that values stay 8-bit throughout. Kernels over the
 normals and later operations stay f32, where a few 8-bit steps would be visible.
@@ -19,18 +19,17 @@ def is_tail(name):
     return name.startswith(TAIL)
 
 
-def with_onnxruntime(source, target, features):
+def with_onnxruntime(source, target, frames):
     """Static quantisation with QDQ nodes: activations unsigned, weights signed and by output channel."""
     from onnxruntime.quantization import CalibrationDataReader, QuantFormat, QuantType, quantize_static
     import onnx
 
     class Reader(CalibrationDataReader):
         def __init__(self):
-            self.rest = iter(features)
+            self.rest = iter(frames)
 
         def get_next(self):
-            values = next(self.rest, None)
-            return None if values is None else {"features": values}
+            return next(self.rest, None)
 
     tail = [node.name for node in onnx.load(str(source)).graph.node if is_tail(node.name)]
     quantize_static(
@@ -39,7 +38,7 @@ def with_onnxruntime(source, target, features):
     )
 
 
-def with_nncf(source, target, features):
+def with_nncf(source, target, frames):
     """NNCF's post-training quantisation of the model as OpenVINO reads it."""
     import nncf
     import openvino
@@ -48,15 +47,15 @@ def with_nncf(source, target, features):
     model = openvino.Core().read_model(str(source))
     tail = [op.get_friendly_name() for op in model.get_ordered_ops() if is_tail(op.get_friendly_name())]
     ignored = nncf.IgnoredScope(names=tail, validate=False)
-    dataset = nncf.Dataset(features)
+    dataset = nncf.Dataset(frames)
     # Its progress bars are no part of our result.
     with contextlib.redirect_stdout(io.StringIO()):
-        quantised = nncf.quantize(model, dataset, subset_size=len(features), ignored_scope=ignored,
+        quantised = nncf.quantize(model, dataset, subset_size=len(frames), ignored_scope=ignored,
                                   preset=nncf.QuantizationPreset.MIXED)
     openvino.save_model(quantised, str(target), compress_to_fp16=False)
 
 
-def quantised(paths, folder, features):
+def quantised(paths, folder, frames):
     """Paths of the 8-bit forms that can be made of the others, by form and quantiser."""
     logging.getLogger().setLevel(logging.ERROR)
     made = {}
@@ -69,7 +68,7 @@ def quantised(paths, folder, features):
         for name, suffix, make in makers:
             target = folder / f"{form}_{name}{suffix}"
             try:
-                make(paths[form], target, features)
+                make(paths[form], target, frames)
             except Exception as why:  # A quantiser that does not support the file says so in its own way.
                 print(f"{form} {name}: {str(why).splitlines()[0]}, left out")
                 continue

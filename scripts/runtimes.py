@@ -1,4 +1,4 @@
-"""Other runtimes as functions from features to visibility: for compare_runtimes.py."""
+"""Other runtimes as functions from inputs, a dictionary of arrays by name, to visibility: for compare_runtimes.py."""
 import pathlib
 import shutil
 import subprocess
@@ -26,7 +26,7 @@ def onnxruntime_runner(path, threads):
     settings = onnxruntime.SessionOptions()
     settings.intra_op_num_threads, settings.inter_op_num_threads = threads, 1
     session = onnxruntime.InferenceSession(str(path), settings, providers=["CPUExecutionProvider"])
-    return lambda features: session.run(None, {"features": features})[0]
+    return lambda inputs: session.run(None, inputs)[0]
 
 
 def openvino_runner(path, threads, precision="f32"):
@@ -39,7 +39,7 @@ def openvino_runner(path, threads, precision="f32"):
         "PERFORMANCE_HINT": "LATENCY",
     }
     request = openvino.Core().compile_model(str(path), "CPU", settings).create_infer_request()
-    return lambda features: request.infer([features])[0]
+    return lambda inputs: request.infer(inputs)[0]
 
 
 def ncnn_runner(path, threads, bf16=False):
@@ -52,9 +52,10 @@ def ncnn_runner(path, threads, bf16=False):
     if net.load_param(str(path.with_suffix(".ncnn.param"))) or net.load_model(str(path.with_suffix(".ncnn.bin"))):
         raise RuntimeError("ncnn cannot load what pnnx wrote")
 
-    def run(features):
+    def run(inputs):
         extractor = net.create_extractor()
-        extractor.input("in0", ncnn.Mat(features[0]))
+        for place, values in enumerate(inputs.values()):
+            extractor.input(f"in{place}", ncnn.Mat(values[0]))
         status, visibility = extractor.extract("out0")
         if status:
             raise RuntimeError(f"ncnn: status {status}")
@@ -75,7 +76,7 @@ def converted(path, folder):
 
 
 def available(paths, folder):
-    """Maker by (runtime and form, precision): functions from a number of threads to a function of features."""
+    """Maker by (runtime and form, precision): functions from a number of threads to a function of inputs."""
     found, forms = {}, [form for form in FORMS if form in paths]
     if importable("onnxruntime"):
         for form in forms:
