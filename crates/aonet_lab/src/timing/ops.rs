@@ -29,7 +29,7 @@ pub struct OpCost {
     /// Of what it writes (px or cells).
     pub height: usize,
     /// Operations: two for each multiply-add of a direct convolution and of the kernels; those of a search and its filter as
-    /// [`search_cost`] counts them.
+    /// `search_cost` counts them.
     pub flop: f64,
     /// Bytes of inputs, outputs and parameters as f32, each once, without padding.
     pub bytes: f64,
