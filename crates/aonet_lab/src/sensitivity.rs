@@ -247,13 +247,16 @@ fn change(model: &Model, (sample, k): (&Sample, usize), still: &Planes, (c, sigm
 mod tests {
     use super::*;
     use crate::paper::fixtures;
-    use aonet::net::{Graph, KernelWeights, ModelConfig, TrainingFacts, Weights};
+    use aonet::net::{Graph, KernelWeights, ModelConfig, Output, TrainingFacts, Weights};
 
     /// Σ w_i x_i: centre taps only, lifted far above the kink of the activation and lowered again.
     fn linear(weights: [f32; 4]) -> Model {
         let config = ModelConfig {
+            features: Features::normal_projected_radius(),
             patch: 1,
             kernel: KernelWeights::Off,
+            output: Output::Visibility,
+            search: None,
             encoder: vec![1],
             decoder: vec![],
             ..ModelConfig::any_radius()

@@ -19,11 +19,19 @@ impl Size {
     /// # Errors
     /// When a side is 0 or larger than [`MAX_SIDE`].
     pub fn new(width: usize, height: usize) -> Result<Self> {
+        Self::named("image", width, height)
+    }
+
+    /// [`Size::new`] of a thing that errors call `what`.
+    ///
+    /// # Errors
+    /// When a side is 0 or larger than [`MAX_SIDE`].
+    pub fn named(what: &str, width: usize, height: usize) -> Result<Self> {
         if in_range(width) && in_range(height) {
             return Ok(Self { width, height });
         }
         let expected = format!("width and height in 1..={MAX_SIDE}");
-        Err(Error::size("image", expected, format!("{width}x{height}")))
+        Err(Error::size(what, expected, format!("{width}x{height}")))
     }
 
     /// A size that is a constant of the program (px).

@@ -153,7 +153,7 @@ impl DatasetParams {
     }
 
     fn check(&self) -> Result<()> {
-        Size::new(self.width, self.height)?;
+        Size::named("frame size", self.width, self.height)?;
         if self.frames.total() == 0 || self.frames.total() > MAX_FRAMES {
             return Err(Error::request(
                 "number of frames",

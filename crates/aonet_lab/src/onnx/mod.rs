@@ -96,7 +96,7 @@ pub struct Exported {
 /// When a side of a fixed size is 0 or too large.
 pub fn export(model: &Model, form: Form, extent: Extent) -> Result<Exported> {
     if let Extent::Fixed { width, height } = extent {
-        Size::new(width, height)?;
+        Size::named("ONNX input", width, height)?;
     }
     let mut writer = Writer::default();
     let features = padded(&mut writer, model, extent, INPUT);

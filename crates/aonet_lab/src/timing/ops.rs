@@ -210,11 +210,11 @@ mod tests {
 
     #[test]
     fn a_search_and_its_filter_are_counted_by_themselves() {
-        let (_, costs) = costs(ModelConfig::any_radius(), (64, 32));
+        let (_, costs) = costs(ModelConfig::any_radius(), (64, 64));
         let names: Vec<_> = costs[..3].iter().map(|c| c.name.as_str()).collect();
         assert_eq!(names, ["search", "filter", "features"]);
         assert_eq!(costs[0].kind, "agtao, 36 taps");
-        let pixels = (64 * 32) as f64;
+        let pixels = (64 * 64) as f64;
         // Normal and depth, and what was found: once written, once read and written, once read. Features of 5 channels.
         let bytes: Vec<_> = costs[..3].iter().map(|c| c.bytes / pixels).collect();
         assert_eq!(bytes, [20.0, 24.0, 20.0 + 20.0]);
