@@ -1,7 +1,7 @@
 //! Scores on whole validation frames.
 
 use super::config::TrainConfig;
-use crate::dataset::{FrameEntry, Manifest, Split};
+use crate::dataset::{Manifest, Split};
 use crate::eval::read;
 use aonet::net::cpu::Session;
 use aonet::net::{Model, TrainingFacts, Weights};
