@@ -7,6 +7,8 @@
 //! [`search::gpu::ClassicSession`](crate::search::gpu::ClassicSession) is the same for the classic methods, all but NNAO.
 //!
 //! ```no_run
+//! # #[cfg(feature = "gpu")]
+//! # mod engine {
 //! use aonet::gpu::{Frame, Options, Textures, wgpu};
 //! use aonet::net::gpu::Session;
 //! use aonet::net::{Model, shipped};
@@ -21,6 +23,7 @@
 //!     let view = session.view(of)?;
 //!     session.encode(encoder, &view, frame)
 //! }
+//! # }
 //! ```
 
 mod conv;
