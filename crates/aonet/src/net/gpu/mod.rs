@@ -27,10 +27,8 @@
 //! ```
 
 mod conv;
-
 mod features;
 mod head;
-
 mod memory;
 mod network;
 #[cfg(feature = "gpu")]
