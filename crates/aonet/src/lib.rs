@@ -11,6 +11,7 @@ pub mod net;
 pub mod random;
 pub mod search;
 pub mod simd;
+mod threads;
 
 pub use error::{Error, Result};
 pub use frame::ao_image::{AoImage, AoParams};

@@ -7,7 +7,7 @@
 
 use crate::AoImage;
 use crate::error::{Error, Result};
-use rayon::prelude::*;
+use crate::simd::{Isa, Kernel, Level, Simd};
 use serde::Serialize;
 
 /// Difference of visibility that a picture of errors shows in full colour.
@@ -113,15 +113,9 @@ fn add(mut total: Sums, row: Sums) -> Sums {
     total
 }
 
-/// Sums over rows in parallel, added up in order so that the result does not depend on the threads.
-fn sum_rows(rows: usize, row: impl Fn(usize) -> Sums + Sync + Send) -> Sums {
-    let sums: Vec<Sums> = (0..rows).into_par_iter().map(row).collect();
-    sums.into_iter().fold(Sums::default(), add)
-}
-
 fn squared_error(a: &AoImage, b: &AoImage, foreground: Option<&[bool]>) -> Sums {
     let width = a.width();
-    sum_rows(a.height(), |y| {
+    let rows = (0..a.height()).map(|y| {
         let mut sums = Sums::default();
         for i in y * width..(y + 1) * width {
             let d = f64::from(a.visibility()[i]) - f64::from(b.visibility()[i]);
@@ -129,53 +123,94 @@ fn squared_error(a: &AoImage, b: &AoImage, foreground: Option<&[bool]>) -> Sums 
             sums = add(sums, [(d * d, 1), if inside { (d * d, 1) } else { (0.0, 0) }]);
         }
         sums
-    })
+    });
+    rows.fold(Sums::default(), add)
 }
 
 fn ssim_means(a: &AoImage, b: &AoImage, window: Window, foreground: Option<&[bool]>) -> Result<Means> {
     check(a, b, foreground)?;
+    let instructions = Isa::new(Level::best())?;
     let taps = window.taps();
     let (width, centre) = (a.width(), taps.len() / 2);
-    let sums = sum_rows(a.height() + 1 - taps.len(), |y| {
+    let mut columns = std::array::from_fn(|_| vec![0.0; width + BLOCK]);
+    let mut row = vec![0.0; width + 1 - taps.len()];
+    let mut total = Sums::default();
+    for y in 0..a.height() + 1 - taps.len() {
+        let pixels = [a, b].map(|image| &image.visibility()[y * width..][..taps.len() * width]);
+        instructions.run(SsimRow { pixels, taps: &taps, columns: &mut columns, row: &mut row });
         let mut sums = Sums::default();
-        for (x, s) in ssim_row(a, b, &taps, y).into_iter().enumerate() {
+        for (x, s) in row.iter().enumerate() {
             let inside = foreground.is_some_and(|f| f[(y + centre) * width + x + centre]);
-            sums = add(sums, [(s, 1), if inside { (s, 1) } else { (0.0, 0) }]);
+            sums = add(sums, [(*s, 1), if inside { (*s, 1) } else { (0.0, 0) }]);
         }
-        sums
-    });
+        total = add(total, sums);
+    }
     let mean = |(sum, count): (f64, usize)| sum / count as f64;
-    Ok(Means { full: mean(sums[0]), foreground: (sums[1].1 > 0).then(|| mean(sums[1])) })
+    Ok(Means { full: mean(total[0]), foreground: (total[1].1 > 0).then(|| mean(total[1])) })
 }
 
-/// SSIM of every window whose first row is `y`, from left to right.
-fn ssim_row(a: &AoImage, b: &AoImage, taps: &[f64], y: usize) -> Vec<f64> {
-    let width = a.width();
-    // Means down the columns of a, b, a^2, b^2, ab; then along the row.
-    let mut column = vec![[0.0f64; 5]; width];
-    for (j, tap) in taps.iter().enumerate() {
-        let row = (y + j) * width..(y + j + 1) * width;
-        let pixels = a.visibility()[row.clone()].iter().zip(&b.visibility()[row]);
-        for (sums, (&p, &q)) in column.iter_mut().zip(pixels) {
-            let (p, q) = (f64::from(p), f64::from(q));
-            for (sum, value) in sums.iter_mut().zip([p, q, p * p, q * q, p * q]) {
-                *sum += tap * value;
+/// SSIM of every window of a row of windows, from left to right.
+///
+/// Plain loops over f64: a [`Kernel`] so that the compiler may use the vectors of this machine. Sums keep their order, so
+/// that every machine gives the same bits.
+struct SsimRow<'a> {
+    /// The rows that the windows cover, of both images.
+    pixels: [&'a [f32]; 2],
+    taps: &'a [f64],
+    /// Memory for the means of a, b, a^2, b^2 and ab down every column, padded by a block.
+    columns: &'a mut [Vec<f64>; 5],
+    /// The result.
+    row: &'a mut [f64],
+}
+
+/// Windows that are computed together.
+const BLOCK: usize = 16;
+
+impl Kernel for SsimRow<'_> {
+    #[inline(always)]
+    fn run<S: Simd>(mut self, _: S) {
+        self.sum_columns();
+        for (block, out) in self.row.chunks_mut(BLOCK).enumerate() {
+            let means = self.columns.each_ref().map(|column| {
+                let mut mean = [0.0; BLOCK];
+                for (k, tap) in self.taps.iter().enumerate() {
+                    let sums: &[f64; BLOCK] = column[block * BLOCK + k..].first_chunk().expect("padding");
+                    mean.iter_mut().zip(sums).for_each(|(mean, sum)| *mean += tap * sum);
+                }
+                mean
+            });
+            let ssim: [f64; BLOCK] =
+                std::array::from_fn(|i| ssim_of_means(means.each_ref().map(|mean| mean[i])));
+            out.copy_from_slice(&ssim[..out.len()]);
+        }
+    }
+}
+
+impl SsimRow<'_> {
+    /// Means down the columns.
+    #[inline(always)]
+    fn sum_columns(&mut self) {
+        let width = self.pixels[0].len() / self.taps.len();
+        let [a, b, aa, bb, ab] = self.columns.each_mut().map(|column| &mut column[..width]);
+        for sums in [&mut *a, &mut *b, &mut *aa, &mut *bb, &mut *ab] {
+            sums.fill(0.0);
+        }
+        for (j, tap) in self.taps.iter().enumerate() {
+            let [p, q] = self.pixels.map(|pixels| &pixels[j * width..][..width]);
+            for x in 0..width {
+                let (p, q) = (f64::from(p[x]), f64::from(q[x]));
+                a[x] += tap * p;
+                b[x] += tap * q;
+                aa[x] += tap * (p * p);
+                bb[x] += tap * (q * q);
+                ab[x] += tap * (p * q);
             }
         }
     }
-    let along = column.windows(taps.len()).map(|window| {
-        let mut mean = [0.0f64; 5];
-        for (tap, sums) in taps.iter().zip(window) {
-            for (m, s) in mean.iter_mut().zip(sums) {
-                *m += tap * s;
-            }
-        }
-        ssim_of_means(mean)
-    });
-    along.collect()
 }
 
 /// Wang et al. 2004, Eq. 13, from the means of a, b, a^2, b^2 and ab.
+#[inline(always)]
 fn ssim_of_means([a, b, aa, bb, ab]: [f64; 5]) -> f64 {
     let (var_a, var_b, cov) = (aa - a * a, bb - b * b, ab - a * b);
     (2.0 * a * b + C1) * (2.0 * cov + C2) / ((a * a + b * b + C1) * (var_a + var_b + C2))

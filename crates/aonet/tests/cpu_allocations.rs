@@ -6,6 +6,7 @@ mod common;
 use aonet::net::cpu::{Options, Precision, Session};
 use aonet::net::model::Ranges;
 use aonet::net::{Features, KernelWeights};
+use aonet::search::{self, Classic};
 use aonet::{AoImage, Margin, Size};
 use common::{frame, model, params, small};
 use std::alloc::{GlobalAlloc, Layout, System};
@@ -39,8 +40,24 @@ fn allocations(work: impl FnOnce()) -> usize {
     ALLOCATIONS.load(Ordering::Relaxed) - before
 }
 
+fn classic_methods() {
+    let gbuffer = frame((50, 30), 4);
+    let mut image = AoImage::open(gbuffer.size());
+    for (method, threads) in Classic::all().into_iter().flat_map(|method| [(method, 1), (method, 3)]) {
+        let options = search::Options { threads, ..search::Options::default() };
+        let mut session = search::Session::new(&method, gbuffer.size(), options).unwrap();
+        let count = allocations(|| {
+            for _ in 0..200 {
+                session.run(&gbuffer, params(), &mut image).unwrap();
+            }
+        });
+        assert_eq!(count, 0, "{}, {threads} threads", method.name());
+    }
+}
+
 fn main() {
     assert!(allocations(|| drop(std::hint::black_box(vec![1u8; 10]))) > 0, "the counter counts");
+    classic_methods();
     for kernel in [KernelWeights::Off, KernelWeights::Linear, KernelWeights::Softmax] {
         for (patch, features) in
             [(1, Features::normal_depth_normalized()), (4, Features::normal_radius_horizon())]

@@ -6,7 +6,6 @@ use aonet::net::{Graph, Model, ModelConfig, TrainingFacts, Weights, shipped};
 use aonet::search::Classic;
 use aonet::{AoImage, AoParams};
 use aonet_lab::preset::Preset;
-use aonet_lab::timing;
 use aonet_scene::backend::Rays;
 use aonet_scene::gbuffer::Surface;
 use aonet_scene::reference::Sampling;
@@ -192,9 +191,12 @@ pub(crate) fn threads(requested: Option<usize>) -> usize {
     requested.unwrap_or_else(|| std::thread::available_parallelism().map_or(1, usize::from)).clamp(1, 1024)
 }
 
-/// Threads for the methods that run on the current pool.
+/// Threads for work on many frames at once.
 pub(crate) fn pool(requested: Option<usize>) -> Result<rayon::ThreadPool> {
-    Ok(timing::pool(threads(requested))?)
+    rayon::ThreadPoolBuilder::new()
+        .num_threads(threads(requested))
+        .build()
+        .context("cannot start the threads")
 }
 
 /// A method with parameters from a file.

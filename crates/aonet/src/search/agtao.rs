@@ -11,7 +11,7 @@ use super::params::filtered_params;
 use super::screen::{Pixels, Screen};
 use super::slice::Slice;
 use super::stride::Stride;
-use crate::simd::Wide;
+use crate::simd::Simd;
 use crate::simd::lanes::F;
 use std::f32::consts::PI;
 
@@ -61,7 +61,7 @@ pub(crate) struct Agtao<'a> {
 }
 
 /// The highest occluder so far on one side of a slice.
-struct Horizon<S: Wide> {
+struct Horizon<S: Simd> {
     /// 1 along the slice, -1 against it.
     sign: f32,
     /// Of the angle to the viewer.
@@ -70,7 +70,7 @@ struct Horizon<S: Wide> {
     light: F<S>,
 }
 
-impl<S: Wide> Horizon<S> {
+impl<S: Simd> Horizon<S> {
     #[inline(always)]
     fn new(slice: &Slice<S>, sign: f32, cosine: F<S>) -> Self {
         Self { sign, cosine, light: slice.light_above(cosine, sign) }
@@ -98,7 +98,7 @@ impl<'a> Agtao<'a> {
 
     /// Light that occluders on both sides of a slice take.
     #[inline(always)]
-    fn lost<S: Wide>(&self, p: &Pixels<S>, slice: &Slice<S>, jitter: F<S>) -> F<S> {
+    fn lost<S: Simd>(&self, p: &Pixels<S>, slice: &Slice<S>, jitter: F<S>) -> F<S> {
         // The tangent's elevation above the viewer's plane has the sine -sign sin n and the cosine cos n.
         let [cos_bias, sin_bias] = self.cos_sin_bias;
         let (across, up) = (slice.sin_n * cos_bias, slice.cos_n.max(0.0) * sin_bias);
@@ -117,7 +117,7 @@ impl<'a> Agtao<'a> {
 
     /// Light that is lost where the horizon rises to a tap.
     #[inline(always)]
-    fn rise<S: Wide>(
+    fn rise<S: Simd>(
         &self,
         p: &Pixels<S>,
         slice: &Slice<S>,
@@ -142,7 +142,7 @@ impl<'a> Agtao<'a> {
 
 impl PixelMethod for Agtao<'_> {
     #[inline(always)]
-    fn visibility<S: Wide>(&self, p: &Pixels<S>, (x, y): (usize, usize)) -> F<S> {
+    fn visibility<S: Simd>(&self, p: &Pixels<S>, (x, y): (usize, usize)) -> F<S> {
         let simd = p.x.simd();
         let [turn, jitter] = noise_at(simd, x, y);
         let inverse = 1.0 / self.params.slices as f32;
@@ -161,6 +161,6 @@ impl PixelMethod for Agtao<'_> {
 
 /// A direction after a turn with a cosine and a sine.
 #[inline(always)]
-fn turned<S: Wide>((x, y): (F<S>, F<S>), [cos, sin]: [f32; 2]) -> (F<S>, F<S>) {
+fn turned<S: Simd>((x, y): (F<S>, F<S>), [cos, sin]: [f32; 2]) -> (F<S>, F<S>) {
     (x.mul_add(cos, y * -sin), y.mul_add(cos, x * sin))
 }

@@ -1,7 +1,7 @@
 //! Cubics in place of powers, which cost ten times as much.
 
 use super::gtao::power;
-use crate::simd::Wide;
+use crate::simd::Simd;
 use crate::simd::lanes::F;
 use std::f64::consts::PI;
 
@@ -40,7 +40,7 @@ impl Cubic {
     }
 
     #[inline(always)]
-    pub(crate) fn at<S: Wide>(self, x: F<S>) -> F<S> {
+    pub(crate) fn at<S: Simd>(self, x: F<S>) -> F<S> {
         x.polynomial(self.0)
     }
 }
@@ -65,7 +65,7 @@ impl Power {
     }
 
     #[inline(always)]
-    pub(crate) fn of<S: Wide>(self, x: F<S>) -> F<S> {
+    pub(crate) fn of<S: Simd>(self, x: F<S>) -> F<S> {
         match self {
             Self::Any(exponent) => power(x, exponent),
             Self::Smooth(mut whole, rest) => {
@@ -89,7 +89,7 @@ mod tests {
     use crate::simd::Portable;
 
     fn worst(function: impl Fn(f32) -> f32, near: impl Fn(F<Portable>) -> F<Portable>) -> f32 {
-        let off = |x: f32| (near(F::new(Portable, x)).array()[3] - function(x)).abs();
+        let off = |x: f32| (near(F::new(Portable::<4>, x)).array()[3] - function(x)).abs();
         (0..=1000).map(|i| off(i as f32 / 1000.0)).fold(0.0, f32::max)
     }
 

@@ -3,10 +3,9 @@
 
 use super::cubic::Power;
 use super::screen::{Pixels, Screen};
-use crate::simd::lanes::{F, LANES};
+use crate::simd::lanes::F;
 use crate::simd::vector::V3;
-use crate::simd::{Isa, Kernel, Simd, Wide};
-use rayon::prelude::*;
+use crate::simd::{Isa, Kernel, MAX_LANES, Simd};
 
 /// What the filter does.
 #[derive(Debug, Clone, Copy)]
@@ -25,17 +24,6 @@ const ROWS: usize = 2 * REACH + 1;
 /// Weights by distance: a Gaussian with a spread of 1.5 px. guess
 pub(crate) const SPATIAL: [f32; 3] = [1.0, 0.8007, 0.4111];
 
-/// Filters HxW visibility in place.
-pub(crate) fn denoise(screen: &Screen<'_>, by: Denoise, visibility: &mut Vec<f32>, isa: Isa) {
-    let (width, height) = (screen.size().width(), screen.size().height());
-    let mut result = vec![0.0; width * height];
-    for _ in 0..by.passes {
-        let rows = result.par_chunks_mut(width).enumerate();
-        rows.for_each(|at| row(screen, by, visibility, at, isa));
-        std::mem::swap(visibility, &mut result);
-    }
-}
-
 /// One row (number and values) of the filtered visibility.
 pub(crate) fn row(
     screen: &Screen<'_>,
@@ -44,7 +32,7 @@ pub(crate) fn row(
     (y, line): (usize, &mut [f32]),
     isa: Isa,
 ) {
-    isa.run(Row { screen, by, visibility, y, line });
+    isa.run_on_pixels(Row { screen, by, visibility, y, line });
 }
 
 struct Row<'a> {
@@ -58,7 +46,7 @@ struct Row<'a> {
 /// Pixels that share what they read of their neighbours.
 const TILE: usize = 128;
 /// Values for a row of them, whole vectors.
-const COLUMNS: usize = TILE + LANES;
+const COLUMNS: usize = TILE + MAX_LANES;
 
 /// Five rows of a tile and of what is beside it, from the column [`REACH`] to the left of it on.
 struct Neighbours {
@@ -80,14 +68,14 @@ impl Kernel for Row<'_> {
         let facing = Power::new(by.normal);
         for (tile, line) in line.chunks_mut(TILE).enumerate() {
             let x = tile * TILE;
-            let columns = (line.len() + 2 * REACH).next_multiple_of(LANES);
+            let columns = (line.len() + 2 * REACH).next_multiple_of(S::LANES);
             for row in 0..ROWS {
-                seen.fill(simd.wide(), (screen, visibility), (x, y + row), (row, columns));
+                seen.fill(simd, (screen, visibility), (x, y + row), (row, columns));
             }
-            for (i, out) in line.chunks_mut(LANES).enumerate() {
-                let p = screen.pixels(simd.wide(), x + i * LANES, y);
-                let filtered = filtered((screen, by, facing), &p, (&seen, i * LANES));
-                out.copy_from_slice(&filtered.array()[..out.len()]);
+            for (i, out) in line.chunks_mut(S::LANES).enumerate() {
+                let p = screen.pixels(simd, x + i * S::LANES, y);
+                let filtered = filtered((screen, by, facing), &p, (&seen, i * S::LANES));
+                filtered.store(out);
             }
         }
     }
@@ -96,7 +84,7 @@ impl Kernel for Row<'_> {
 impl Neighbours {
     /// Fills a row; `x` and `y` are [`REACH`] to the right of and below the first place.
     #[inline(always)]
-    fn fill<S: Wide>(
+    fn fill<S: Simd>(
         &mut self,
         simd: S,
         (screen, visibility): (&Screen<'_>, &[f32]),
@@ -108,9 +96,9 @@ impl Neighbours {
         let y = y.saturating_sub(REACH).min(height - 1);
         let depth = screen.row(screen.gbuffer().depth(), y);
         let (normal, visibility) = (screen.row(screen.gbuffer().normal(), y), screen.row(visibility, y));
-        for to in (0..columns).step_by(LANES) {
-            if !inside || x + to < REACH || x + to + LANES > width + REACH {
-                for i in to..to + LANES {
+        for to in (0..columns).step_by(S::LANES) {
+            if !inside || x + to < REACH || x + to + S::LANES > width + REACH {
+                for i in to..to + S::LANES {
                     let found = (x + i).wrapping_sub(REACH);
                     let at = (x + i).saturating_sub(REACH).min(width - 1);
                     self.depth[row][i] = if inside && found == at { depth[at] } else { f32::INFINITY };
@@ -119,19 +107,19 @@ impl Neighbours {
                 }
                 continue;
             }
-            let from = x + to - REACH..x + to - REACH + LANES;
-            self.depth[row][to..to + LANES].copy_from_slice(&depth[from.clone()]);
-            self.visibility[row][to..to + LANES].copy_from_slice(&visibility[from.clone()]);
-            let normal = V3::from_triples(simd, normal[from].first_chunk().expect("whole vectors"));
+            let from = x + to - REACH..x + to - REACH + S::LANES;
+            self.depth[row][to..to + S::LANES].copy_from_slice(&depth[from.clone()]);
+            self.visibility[row][to..to + S::LANES].copy_from_slice(&visibility[from.clone()]);
+            let normal = V3::from_triples(simd, &normal[from]);
             for (c, values) in [normal.x, normal.y, normal.z].into_iter().enumerate() {
-                self.normal[row][c][to..to + LANES].copy_from_slice(&values.array());
+                values.store(&mut self.normal[row][c][to..]);
             }
         }
     }
 }
 
 #[inline(always)]
-fn filtered<S: Wide>(
+fn filtered<S: Simd>(
     (screen, by, facing): (&Screen<'_>, Denoise, Power),
     p: &Pixels<S>,
     (seen, x): (&Neighbours, usize),
@@ -170,8 +158,8 @@ fn filtered<S: Wide>(
 }
 
 #[inline(always)]
-fn load<S: Wide>(simd: S, row: &[f32; COLUMNS], x: usize) -> F<S> {
-    F::load(simd, row[x..].first_chunk().expect("a vector"))
+fn load<S: Simd>(simd: S, row: &[f32; COLUMNS], x: usize) -> F<S> {
+    F::load(simd, &row[x..])
 }
 
 #[cfg(test)]
@@ -237,8 +225,10 @@ mod tests {
                 let screen = Screen::new(&frame, AoParams::new(1.0).unwrap());
                 let expected = naive(&frame, by, 1.0, &visibility);
                 for level in Level::available() {
-                    let mut found = visibility.clone();
-                    denoise(&screen, by, &mut found, Isa::new(level).unwrap());
+                    let mut found = vec![0.0; visibility.len()];
+                    for (y, line) in found.chunks_exact_mut(size.0).enumerate() {
+                        row(&screen, by, &visibility, (y, line), Isa::new(level).unwrap());
+                    }
                     for i in (0..found.len()).filter(|i| frame.is_foreground(*i)) {
                         // Measured: 3e-5 at most.
                         let off = (found[i] - expected[i]).abs();

@@ -6,11 +6,11 @@
 use super::PixelMethod;
 use super::noise::noise_at;
 use super::params::filtered_params;
-use super::pyramid::Pyramid;
+use super::pyramid::{Pyramid, Range};
 use super::screen::{Pixels, Screen};
 use super::slice::Slice;
+use crate::simd::Simd;
 use crate::simd::lanes::F;
-use crate::simd::{Isa, Wide};
 
 filtered_params! {
     /// Parameters of GTAO. The defaults are XeGTAO's preset "High".
@@ -41,13 +41,19 @@ impl GtaoParams {
     /// XeGTAO's quality presets: "Low", "Medium", "High" and "Ultra" by slices and steps.
     pub const QUALITY: [(&'static str, u32, u32); 4] =
         [("low", 1, 2), ("medium", 2, 2), ("high", 3, 3), ("ultra", 9, 3)];
+
+    /// Which depths count in a cell of the pyramid, for an AO radius (world units).
+    // XeGTAO looks at three quarters of the radius when it builds the pyramid.
+    pub(crate) fn pyramid_range(&self, radius: f32) -> Range {
+        Range { reach: 0.75 * radius * self.radius_scale, soft: self.falloff }
+    }
 }
 
 /// GTAO of one frame.
 pub(crate) struct Gtao<'a> {
     screen: &'a Screen<'a>,
     params: GtaoParams,
-    pyramid: Pyramid,
+    pyramid: &'a Pyramid,
     /// (world units)
     radius: f32,
     /// How fast an occluder fades out (share a world unit).
@@ -55,18 +61,16 @@ pub(crate) struct Gtao<'a> {
 }
 
 impl<'a> Gtao<'a> {
-    pub(crate) fn new(screen: &'a Screen<'a>, params: GtaoParams, isa: Isa) -> Self {
+    /// `pyramid` is that of the frame.
+    pub(crate) fn new(screen: &'a Screen<'a>, params: GtaoParams, pyramid: &'a Pyramid) -> Self {
         let radius = screen.radius * params.radius_scale;
-        // XeGTAO looks at three quarters of the radius when it builds the pyramid.
-        let levels = (params.depth_levels, params.depth_offset);
-        let pyramid = Pyramid::new(screen, levels, (0.75 * radius, params.falloff), isa);
         let fade = 1.0 / (params.falloff.max(1e-3) * radius);
         Self { screen, params, pyramid, radius, fade }
     }
 
     /// Cosine between the viewer and the highest occluder on both sides, the tangent plane at least.
     #[inline(always)]
-    fn highest<S: Wide>(&self, p: &Pixels<S>, slice: &Slice<S>, jitter: F<S>) -> [F<S>; 2] {
+    fn highest<S: Simd>(&self, p: &Pixels<S>, slice: &Slice<S>, jitter: F<S>) -> [F<S>; 2] {
         let lowest = [-slice.sin_n, slice.sin_n];
         let [mut right, mut left] = lowest;
         let reach = p.radius_px * self.params.radius_scale;
@@ -82,7 +86,7 @@ impl<'a> Gtao<'a> {
 
     /// Cosine between the viewer and what is so many pixels away on one side; as far as it is too far away, `lowest`.
     #[inline(always)]
-    fn occluder<S: Wide>(
+    fn occluder<S: Simd>(
         &self,
         p: &Pixels<S>,
         slice: &Slice<S>,
@@ -104,7 +108,7 @@ impl<'a> Gtao<'a> {
 
 impl PixelMethod for Gtao<'_> {
     #[inline(always)]
-    fn visibility<S: Wide>(&self, p: &Pixels<S>, (x, y): (usize, usize)) -> F<S> {
+    fn visibility<S: Simd>(&self, p: &Pixels<S>, (x, y): (usize, usize)) -> F<S> {
         let simd = p.x.simd();
         let [turn, jitter] = noise_at(simd, x, y);
         let inverse = 1.0 / self.params.slices as f32;
@@ -123,12 +127,12 @@ impl PixelMethod for Gtao<'_> {
 
 /// `t` in [0, 1] to the power of `exponent`.
 #[inline(always)]
-pub(crate) fn taper<S: Wide>(t: F<S>, exponent: f32) -> F<S> {
+pub(crate) fn taper<S: Simd>(t: F<S>, exponent: f32) -> F<S> {
     if exponent == 2.0 { t * t } else { power(t, exponent) }
 }
 
 /// `v` in [0, 1] to the power of `exponent`.
 #[inline(always)]
-pub(crate) fn power<S: Wide>(v: F<S>, exponent: f32) -> F<S> {
+pub(crate) fn power<S: Simd>(v: F<S>, exponent: f32) -> F<S> {
     if exponent == 1.0 { v } else { (v.max(1e-20).log2() * exponent).exp2() }
 }

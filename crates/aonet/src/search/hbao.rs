@@ -10,7 +10,7 @@ use super::noise::noise_at;
 use super::params::filtered_params;
 use super::screen::{Pixels, Screen};
 use super::slice::Slice;
-use crate::simd::Wide;
+use crate::simd::Simd;
 use crate::simd::lanes::F;
 
 filtered_params! {
@@ -51,7 +51,7 @@ impl<'a> Hbao<'a> {
 
     /// Occlusion on both sides of a slice.
     #[inline(always)]
-    fn occlusion<S: Wide>(&self, p: &Pixels<S>, slice: &Slice<S>, jitter: F<S>) -> F<S> {
+    fn occlusion<S: Simd>(&self, p: &Pixels<S>, slice: &Slice<S>, jitter: F<S>) -> F<S> {
         // The tangent's elevation above the viewer's plane has the sine -sign sin n and the cosine cos n.
         let [cos_bias, sin_bias] = self.cos_sin_bias;
         let (across, up) = (slice.sin_n * cos_bias, slice.cos_n.max(0.0) * sin_bias);
@@ -70,7 +70,7 @@ impl<'a> Hbao<'a> {
 
     /// What the horizon's rise to a tap adds to the occlusion.
     #[inline(always)]
-    fn rise<S: Wide>(&self, p: &Pixels<S>, slice: &Slice<S>, pixels: F<S>, highest: &mut F<S>) -> F<S> {
+    fn rise<S: Simd>(&self, p: &Pixels<S>, slice: &Slice<S>, pixels: F<S>, highest: &mut F<S>) -> F<S> {
         let radius = self.screen.radius * self.params.radius_scale;
         let tap = self.screen.tap(slice.place(p, pixels));
         let at = slice.project(p, &tap);
@@ -85,7 +85,7 @@ impl<'a> Hbao<'a> {
 
 impl PixelMethod for Hbao<'_> {
     #[inline(always)]
-    fn visibility<S: Wide>(&self, p: &Pixels<S>, (x, y): (usize, usize)) -> F<S> {
+    fn visibility<S: Simd>(&self, p: &Pixels<S>, (x, y): (usize, usize)) -> F<S> {
         let simd = p.x.simd();
         let [turn, jitter] = noise_at(simd, x, y);
         let inverse = 1.0 / self.params.slices as f32;

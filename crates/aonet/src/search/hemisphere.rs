@@ -1,20 +1,20 @@
 //! Sample points around a pixel, turned by noise, and whether the depth buffer hides them.
 
 use super::screen::{Pixels, Screen, Tap};
-use crate::simd::Wide;
+use crate::simd::Simd;
 use crate::simd::lanes::{F, Mask};
 use crate::simd::vector::V3;
 use std::f32::consts::TAU;
 
 /// Right-handed axes of every pixel; the third is given.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Basis<S: Wide> {
+pub(crate) struct Basis<S: Simd> {
     x: V3<S>,
     y: V3<S>,
     z: V3<S>,
 }
 
-impl<S: Wide> Basis<S> {
+impl<S: Simd> Basis<S> {
     /// Axes about the unit vector `z`, turned by `turn` half turns.
     // Duff et al. 2017, Building an Orthonormal Basis, Revisited.
     #[inline(always)]
@@ -37,14 +37,14 @@ impl<S: Wide> Basis<S> {
 
 /// A view-space sample point on the screen: what is seen there, and how far in front of the sample it is.
 #[inline(always)]
-pub(crate) fn look<S: Wide>(screen: &Screen<'_>, sample: V3<S>) -> (Tap<S>, F<S>) {
+pub(crate) fn look<S: Simd>(screen: &Screen<'_>, sample: V3<S>) -> (Tap<S>, F<S>) {
     let tap = screen.tap(screen.place(sample));
     (tap, tap.position.z - sample.z)
 }
 
 /// Whether a sample lies in the frame and in front of a perspective camera, where it has a place on the screen.
 #[inline(always)]
-pub(crate) fn on_screen<S: Wide>(p: &Pixels<S>, sample: V3<S>, tap: &Tap<S>) -> Mask<S> {
+pub(crate) fn on_screen<S: Simd>(p: &Pixels<S>, sample: V3<S>, tap: &Tap<S>) -> Mask<S> {
     // A sample nearer than a hundredth of the pixel's depth is as good as beside the camera.
     tap.inside & sample.z.lt(p.position.z * 0.01)
 }
@@ -75,8 +75,8 @@ mod tests {
     #[test]
     fn axes_are_orthonormal_and_right_handed() {
         for z in [[0.0, 0.0, 1.0], [0.0, 0.0, -1.0], [0.48, -0.6, 0.64], [-0.8, 0.6, 0.0]] {
-            let z = V3::new(Portable, z);
-            let b = Basis::about(z, F::new(Portable, 0.3));
+            let z = V3::new(Portable::<4>, z);
+            let b = Basis::about(z, F::new(Portable::<4>, 0.3));
             let close = |found: F<_>, expected: f32| assert!((found.array()[3] - expected).abs() < 1e-5);
             close(b.x.dot(b.y), 0.0);
             close(b.x.dot(b.z), 0.0);

@@ -1,7 +1,8 @@
 //! Screen-space ambient occlusion by hand: the methods that networks have to beat.
 //!
 //! All take the same frame and the same AO radius as the networks. Each has a plain params struct whose defaults are
-//! those of its source; [`Classic`] names them, sets them by name, and runs them on the calling thread's pool.
+//! those of its source; [`Classic`] names them and sets them by name. A [`Session`] runs one at one size, with threads
+//! and without allocating.
 
 pub mod agtao;
 mod cubic;
@@ -17,6 +18,7 @@ pub mod params;
 mod presets;
 mod pyramid;
 mod screen;
+mod session;
 mod slice;
 pub mod ssao;
 pub mod ssdo;
@@ -28,13 +30,11 @@ pub mod vbao;
 use crate::error::{Error, Result};
 use crate::frame::ao_image::{AoImage, AoParams};
 use crate::frame::gbuffer::GBuffer;
-use crate::simd::lanes::{F, LANES};
-use crate::simd::{Isa, Kernel, Level, Simd, Wide};
+use crate::simd::lanes::F;
+use crate::simd::{Isa, Kernel, Simd};
 pub(crate) use denoise::Denoise;
-use nnao_weights::NnaoWeights;
 pub(crate) use noise::noise_of;
 use params::Knobs;
-use rayon::prelude::*;
 use screen::{Pixels, Screen};
 use serde::{Deserialize, Serialize};
 
@@ -42,6 +42,7 @@ pub use agtao::AgtaoParams;
 pub use gtao::GtaoParams;
 pub use hbao::HbaoParams;
 pub use nnao::NnaoParams;
+pub use session::{Options, Session};
 pub use ssao::SsaoParams;
 pub use ssdo::SsdoParams;
 pub use vbao::VbaoParams;
@@ -199,31 +200,16 @@ impl Classic {
         each!(self, params => params.denoise())
     }
 
-    /// The visibility of a frame's picture: in [0, 1], 1 on the background. Runs on the current rayon pool.
+    /// The visibility of a frame's picture: in [0, 1], 1 on the background. Runs on the calling thread; a [`Session`] has more
+    /// threads, and memory of its own.
     ///
     /// # Errors
     /// When a parameter is out of its range; it is named.
     pub fn run(&self, gbuffer: &GBuffer, params: AoParams) -> Result<AoImage> {
-        self.run_with(gbuffer, params, Isa::new(Level::best())?)
-    }
-
-    /// The same with instructions of choice.
-    fn run_with(&self, gbuffer: &GBuffer, params: AoParams, isa: Isa) -> Result<AoImage> {
-        let screen = Screen::new(gbuffer, params);
-        let visibility = match self.checked()? {
-            Self::Ssao(p) => finish(&screen, &ssao::Ssao::new(&screen, p), p.denoise(), isa),
-            Self::Hbao(p) => finish(&screen, &hbao::Hbao::new(&screen, p), p.denoise(), isa),
-            Self::Ssdo(p) => finish(&screen, &ssdo::Ssdo::new(&screen, p), p.denoise(), isa),
-            Self::Nnao(p) => {
-                let weights = NnaoWeights::from_bytes(NNAO_WEIGHTS)?;
-                finish(&screen, &nnao::Nnao::new(&screen, p, &weights), p.denoise(), isa)
-            }
-            Self::Gtao(p) => finish(&screen, &gtao::Gtao::new(&screen, p, isa), p.denoise(), isa),
-            Self::Vbao(p) => finish(&screen, &vbao::Vbao::new(&screen, p), p.denoise(), isa),
-            Self::Agtao(p) => finish(&screen, &agtao::Agtao::new(&screen, p), p.denoise(), isa),
-        };
         let window = gbuffer.window();
-        AoImage::new(window.size(), window.cropped(visibility))
+        let mut image = AoImage::open(window.size());
+        Session::new(self, window, Options::default())?.run(gbuffer, params, &mut image)?;
+        Ok(image)
     }
 }
 
@@ -253,7 +239,7 @@ pub(crate) fn agtao_rows(
 ) {
     let screen = Screen::new(gbuffer, params);
     let method = &agtao::Agtao::new(&screen, of);
-    isa.run(Rows { screen: &screen, method, first, rows: &mut *rows });
+    isa.run_on_pixels(Rows { screen: &screen, method, first, rows: &mut *rows });
     open_background(gbuffer, (first, rows));
 }
 
@@ -282,24 +268,9 @@ fn open_background(gbuffer: &GBuffer, (first, rows): (usize, &mut [f32])) {
 /// What a method does for neighbouring pixels. All it calls must be `#[inline(always)]`.
 trait PixelMethod: Sync {
     /// Visibility of the pixels from (`x`, `y`) on; what it says of the background does not matter.
-    fn visibility<S: Wide>(&self, p: &Pixels<S>, at: (usize, usize)) -> F<S>;
+    fn visibility<S: Simd>(&self, p: &Pixels<S>, at: (usize, usize)) -> F<S>;
 }
 
-/// All pixels, then the filter, then the background.
-fn finish(screen: &Screen<'_>, method: &impl PixelMethod, by: Denoise, isa: Isa) -> Vec<f32> {
-    let (width, height) = (screen.size().width(), screen.size().height());
-    let mut visibility = vec![1.0; width * height];
-    visibility.par_chunks_mut(width * BAND).enumerate().for_each(|(band, rows)| {
-        isa.run(Rows { screen, method, first: band * BAND, rows });
-    });
-    denoise::denoise(screen, by, &mut visibility, isa);
-    let background = |i: usize| !screen.gbuffer().is_foreground(i);
-    visibility.iter_mut().enumerate().filter(|(i, _)| background(*i)).for_each(|(_, v)| *v = 1.0);
-    visibility
-}
-
-/// Consecutive rows that a thread works on. guess
-const BAND: usize = 45;
 /// Columns that are worked on together: what far taps of a row looked at is still in the cache for those of the next.
 // Measured at 1280x720: 64, 128 and 256 alike, 4 ms less than whole rows.
 const TILE: usize = 64;
@@ -319,10 +290,10 @@ impl<M: PixelMethod> Kernel for Rows<'_, M> {
         for left in (0..width).step_by(TILE) {
             for (i, row) in self.rows.chunks_exact_mut(width).enumerate() {
                 let tile = &mut row[left..width.min(left + TILE)];
-                for (group, out) in tile.chunks_mut(LANES).enumerate() {
-                    let at = (left + group * LANES, self.first + i);
-                    let p = self.screen.pixels(simd.wide(), at.0, at.1);
-                    out.copy_from_slice(&self.method.visibility(&p, at).array()[..out.len()]);
+                for (group, out) in tile.chunks_mut(S::LANES).enumerate() {
+                    let at = (left + group * S::LANES, self.first + i);
+                    let p = self.screen.pixels(simd, at.0, at.1);
+                    self.method.visibility(&p, at).store(out);
                 }
             }
         }

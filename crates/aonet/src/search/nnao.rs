@@ -9,9 +9,8 @@ use super::nnao_weights::{HIDDEN, INPUTS, NnaoWeights, Unit};
 use super::noise::{TILE, noise_row};
 use super::params::filtered_params;
 use super::screen::{Pixels, Screen};
-use crate::simd::Wide;
-use crate::simd::lanes::{F, LANES};
-use rayon::prelude::*;
+use crate::simd::lanes::F;
+use crate::simd::{MAX_LANES, Simd};
 use std::f32::consts::TAU;
 
 filtered_params! {
@@ -28,8 +27,8 @@ filtered_params! {
 
 /// Rotations of the spiral.
 const ROTATIONS: usize = 64;
-/// Vectors in a row of the noise's tile.
-const BLOCKS: usize = TILE / LANES;
+/// Longest vectors in a row of the noise's tile.
+const BLOCKS: usize = TILE / MAX_LANES;
 
 /// Place of tap `i` of the spiral in the unit disk, y up.
 pub(crate) fn spiral(params: &NnaoParams, i: u32, rotation: f32) -> [f32; 2] {
@@ -38,26 +37,18 @@ pub(crate) fn spiral(params: &NnaoParams, i: u32, rotation: f32) -> [f32; 2] {
     [share * cos, share * sin]
 }
 
-/// A tap of sixteen pixels: its place by axis, and its filter by weight.
-#[derive(Clone, Copy)]
-struct Taps {
-    place: [[f32; LANES]; 2],
-    filter: [[f32; LANES]; INPUTS * HIDDEN],
+/// A tap of as many neighbouring pixels as the longest vector has lanes: its place by axis, and its filter by weight.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Taps {
+    place: [[f32; MAX_LANES]; 2],
+    filter: [[f32; MAX_LANES]; INPUTS * HIDDEN],
 }
 
-/// NNAO of one frame.
-pub(crate) struct Nnao<'a> {
-    screen: &'a Screen<'a>,
-    params: NnaoParams,
-    weights: &'a NnaoWeights,
-    /// All taps of sixteen pixels, then those of their neighbours, through the rows of the noise's tile.
-    taps: Vec<Taps>,
-}
-
-impl<'a> Nnao<'a> {
-    pub(crate) fn new(screen: &'a Screen<'a>, params: NnaoParams, weights: &'a NnaoWeights) -> Self {
+impl Taps {
+    /// All taps of such pixels, then those of their neighbours, through the rows of the noise's tile.
+    pub(crate) fn all(params: &NnaoParams, weights: &NnaoWeights) -> Vec<Self> {
         let tap = |r: usize, i: u32| {
-            let place = spiral(&params, i, r as f32 / ROTATIONS as f32);
+            let place = spiral(params, i, r as f32 / ROTATIONS as f32);
             (place, weights.filter_at(place))
         };
         let samples = params.samples as usize;
@@ -65,27 +56,48 @@ impl<'a> Nnao<'a> {
             .flat_map(|r| (0..params.samples).map(move |i| (r, i)))
             .map(|(r, i)| tap(r, i))
             .collect();
-        let mut taps =
-            vec![Taps { place: Default::default(), filter: Default::default() }; BLOCKS * TILE * samples];
-        taps.par_chunks_mut(samples).enumerate().for_each(|(block, taps)| {
-            let turns = &noise_row(block / BLOCKS)[block % BLOCKS * LANES..];
-            for lane in 0..LANES {
+        let none = Self { place: Default::default(), filter: Default::default() };
+        let mut taps = vec![none; BLOCKS * TILE * samples];
+        for (block, taps) in taps.chunks_mut(samples).enumerate() {
+            let turns = &noise_row(block / BLOCKS)[block % BLOCKS * MAX_LANES..];
+            for lane in 0..MAX_LANES {
                 let rotation = (turns[lane] * ROTATIONS as f32) as usize % ROTATIONS;
                 for (to, (place, filter)) in taps.iter_mut().zip(&spirals[rotation * samples..]) {
                     to.place.iter_mut().zip(place).for_each(|(to, v)| to[lane] = *v);
                     to.filter.iter_mut().zip(filter).for_each(|(to, v)| to[lane] = *v);
                 }
             }
-        });
+        }
+        taps
+    }
+}
+
+/// NNAO of one frame.
+pub(crate) struct Nnao<'a> {
+    screen: &'a Screen<'a>,
+    params: NnaoParams,
+    weights: &'a NnaoWeights,
+    taps: &'a [Taps],
+}
+
+impl<'a> Nnao<'a> {
+    /// `taps` are [`Taps::all`] of the same parameters and weights.
+    pub(crate) fn new(
+        screen: &'a Screen<'a>,
+        params: NnaoParams,
+        weights: &'a NnaoWeights,
+        taps: &'a [Taps],
+    ) -> Self {
         Self { screen, params, weights, taps }
     }
 }
 
 impl PixelMethod for Nnao<'_> {
     #[inline(always)]
-    fn visibility<S: Wide>(&self, p: &Pixels<S>, (x, y): (usize, usize)) -> F<S> {
+    fn visibility<S: Simd>(&self, p: &Pixels<S>, (x, y): (usize, usize)) -> F<S> {
         let simd = p.x.simd();
-        let block = y % TILE * BLOCKS + x / LANES % BLOCKS;
+        let block = y % TILE * BLOCKS + x / MAX_LANES % BLOCKS;
+        let lane = x % MAX_LANES;
         let samples = self.params.samples as usize;
         let (mean, scale) = self.weights.standard();
         let inverse_radius = 1.0 / self.screen.radius;
@@ -94,7 +106,7 @@ impl PixelMethod for Nnao<'_> {
             *sum = F::new(simd, bias);
         }
         for taps in &self.taps[block * samples..][..samples] {
-            let [dx, dy] = [F::load(simd, &taps.place[0]), F::load(simd, &taps.place[1])];
+            let [dx, dy] = [0, 1].map(|axis| F::load(simd, &taps.place[axis][lane..]));
             let tap = self
                 .screen
                 .tap(((dx * p.inverse_aspect).mul_add(p.radius_px, p.x), (-dy).mul_add(p.radius_px, p.y)));
@@ -107,7 +119,7 @@ impl PixelMethod for Nnao<'_> {
                 // Far away, as the background is, `near` is zero and the product must be too.
                 let input = near * ((inputs[c].max(-1e6).min(1e6) - mean[c]) * scale[c]);
                 for (h, sum) in hidden.iter_mut().enumerate() {
-                    *sum = input.mul_add(F::load(simd, &taps.filter[c * HIDDEN + h]), *sum);
+                    *sum = input.mul_add(F::load(simd, &taps.filter[c * HIDDEN + h][lane..]), *sum);
                 }
             }
         }
@@ -115,7 +127,7 @@ impl PixelMethod for Nnao<'_> {
     }
 }
 
-impl<S: Wide> Unit for F<S> {
+impl<S: Simd> Unit for F<S> {
     #[inline(always)]
     fn prelu(self, [below, above]: [f32; 2]) -> Self {
         self.max(0.0).mul_add(above, self.min(0.0) * below)
@@ -153,13 +165,14 @@ mod tests {
         assert_eq!(NnaoWeights::from_bytes(&weights.to_bytes().unwrap()).unwrap(), weights);
         let (params, ao) = (NnaoParams::default(), AoParams::new(0.8).unwrap());
         let screen = Screen::new(&frame, ao);
-        let nnao = Nnao::new(&screen, params, &weights);
+        let all = Taps::all(&params, &weights);
+        let nnao = Nnao::new(&screen, params, &weights, &all);
         let (mut compared, mut spread) = (0, [1.0f32, 0.0]);
         for y in 0..size.1 {
-            for x in (0..size.0).step_by(LANES) {
-                let found = nnao.visibility(&screen.pixels(Portable, x, y), (x, y)).array();
-                let turns = noise_at(Portable, x, y)[0].array();
-                for i in (0..LANES).filter(|i| frame.is_foreground(y * size.0 + x + i)) {
+            for x in (0..size.0).step_by(4) {
+                let found = nnao.visibility(&screen.pixels(Portable::<4>, x, y), (x, y)).array();
+                let turns = noise_at(Portable::<4>, x, y)[0].array();
+                for i in (0..4).filter(|i| frame.is_foreground(y * size.0 + x + i)) {
                     let rotation = (turns[i] * ROTATIONS as f32).floor() / ROTATIONS as f32;
                     let seen = taps(&frame, (&params, ao), (x + i, y), rotation);
                     let expected = (1.0 - weights.occlusion(&seen)).clamp(0.0, 1.0);

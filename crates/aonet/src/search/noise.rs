@@ -1,20 +1,20 @@
 //! Numbers in [0, 1) for every pixel of a 64x64 tile, spread evenly over any neighbourhood.
 
-use crate::simd::Wide;
-use crate::simd::lanes::{F, LANES};
+use crate::simd::lanes::F;
+use crate::simd::{MAX_LANES, Simd};
 
 /// Side of the tile (px).
 pub(crate) const TILE: usize = 64;
 
 /// Two numbers a pixel; rows go on where they begin, so that all that start in the tile are whole.
 // Index of the pixel along a Hilbert curve (Hilbert 1891) into the R2 sequence (Roberts 2018): what XeGTAO uses.
-static NOISE: [[[f32; TILE + LANES]; TILE]; 2] = {
-    let mut values = [[[0.0; TILE + LANES]; TILE]; 2];
+static NOISE: [[[f32; TILE + MAX_LANES]; TILE]; 2] = {
+    let mut values = [[[0.0; TILE + MAX_LANES]; TILE]; 2];
     let mut i = 0;
     while i < TILE * TILE {
         let (x, y) = (i % TILE, i / TILE);
         [values[0][y][x], values[1][y][x]] = r2(hilbert_index(x, y) as f64);
-        if x < LANES {
+        if x < MAX_LANES {
             [values[0][y][x + TILE], values[1][y][x + TILE]] = [values[0][y][x], values[1][y][x]];
         }
         i += 1;
@@ -24,8 +24,8 @@ static NOISE: [[[f32; TILE + LANES]; TILE]; 2] = {
 
 /// The numbers of the pixels from (`x`, `y`) on.
 #[inline(always)]
-pub(crate) fn noise_at<S: Wide>(simd: S, x: usize, y: usize) -> [F<S>; 2] {
-    let row = |which: usize| NOISE[which][y % TILE][x % TILE..].first_chunk().expect("a whole row");
+pub(crate) fn noise_at<S: Simd>(simd: S, x: usize, y: usize) -> [F<S>; 2] {
+    let row = |which: usize| &NOISE[which][y % TILE][x % TILE..];
     [F::load(simd, row(0)), F::load(simd, row(1))]
 }
 

@@ -1,13 +1,14 @@
-//! The frame as the methods see it: positions and depths of sixteen pixels at once.
+//! The frame as the methods see it: positions and depths of a vector of pixels at once.
 
 use crate::frame::BACKGROUND;
 use crate::frame::ao_image::AoParams;
 use crate::frame::gbuffer::GBuffer;
 use crate::frame::size::Size;
-use crate::simd::Wide;
-use crate::simd::integers::{U, Whole};
-use crate::simd::lanes::{F, LANES, Mask};
+use crate::simd::integers::{Integer, U};
+use crate::simd::lanes::{F, Mask};
 use crate::simd::vector::V3;
+use crate::simd::{MAX_LANES, Simd};
+use std::ops::Range;
 
 /// A frame, its camera and the AO radius.
 #[derive(Debug)]
@@ -25,7 +26,7 @@ pub(crate) struct Screen<'a> {
 
 /// Neighbouring pixels of a row.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Pixels<S: Wide> {
+pub(crate) struct Pixels<S: Simd> {
     /// Pixel coordinates; whole numbers are the centres.
     pub(crate) x: F<S>,
     pub(crate) y: F<S>,
@@ -48,7 +49,7 @@ pub(crate) struct Pixels<S: Wide> {
 
 /// What a place on the screen shows.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Tap<S: Wide> {
+pub(crate) struct Tap<S: Simd> {
     /// View-space position; far away on the background.
     pub(crate) position: V3<S>,
     /// Row-major index of the pixel.
@@ -83,14 +84,16 @@ impl<'a> Screen<'a> {
 
     /// The pixels from (`x`, `y`) on; beyond the row, its last pixel again.
     #[inline(always)]
-    pub(crate) fn pixels<S: Wide>(&self, simd: S, x: usize, y: usize) -> Pixels<S> {
-        let found = F::load(simd, neighbours(self.row(self.gbuffer.depth(), y), x, &mut [0.0; LANES]));
+    pub(crate) fn pixels<S: Simd>(&self, simd: S, x: usize, y: usize) -> Pixels<S> {
+        let columns = x..x + S::LANES;
+        let mut edge = [0.0; MAX_LANES];
+        let found = F::load(simd, neighbours(self.row(self.gbuffer.depth(), y), columns.clone(), &mut edge));
         // Any finite depth will do where there is none.
         let depth = found.lt(BACKGROUND).select(found, 1.0);
-        let mut edge = [[0.0; 3]; LANES];
-        let normals = neighbours(self.row(self.gbuffer.normal(), y), x, &mut edge);
+        let mut edge = [[0.0; 3]; MAX_LANES];
+        let normals = neighbours(self.row(self.gbuffer.normal(), y), columns, &mut edge);
         let (px, py) = (F::counting_from(simd, x as f32), F::new(simd, y as f32));
-        let (column, row) = (px.round(), (y as u32).whole_lanes(simd));
+        let (column, row) = (px.round(), (y as u32).integer_lanes(simd));
         // Where the ray through the pixel is one unit of depth farther.
         let ([cx, cy], slope) = (self.centre, self.pixel_size[0]);
         let ray = V3 { x: (px - cx) * (slope * self.aspect), y: (cy - py) * slope, z: F::new(simd, -1.0) };
@@ -113,21 +116,21 @@ impl<'a> Screen<'a> {
 
     /// View-space position of a place on the screen at a depth.
     #[inline(always)]
-    pub(crate) fn position<S: Wide>(&self, x: F<S>, y: F<S>, depth: F<S>) -> V3<S> {
+    pub(crate) fn position<S: Simd>(&self, x: F<S>, y: F<S>, depth: F<S>) -> V3<S> {
         let ([cx, cy], scale) = (self.centre, self.pixel_size(depth));
         V3 { x: (x - cx) * (scale * self.aspect), y: (cy - y) * scale, z: -depth }
     }
 
     /// The place on the screen (x, y) (px) of a view-space position in front of the camera.
     #[inline(always)]
-    pub(crate) fn place<S: Wide>(&self, position: V3<S>) -> (F<S>, F<S>) {
+    pub(crate) fn place<S: Simd>(&self, position: V3<S>) -> (F<S>, F<S>) {
         let ([cx, cy], scale) = (self.centre, 1.0 / self.pixel_size(-position.z));
         (position.x.mul_add(scale * (1.0 / self.aspect), cx), (-position.y).mul_add(scale, cy))
     }
 
     /// Height of a pixel at a depth (world units).
     #[inline(always)]
-    pub(crate) fn pixel_size<S: Wide>(&self, depth: F<S>) -> F<S> {
+    pub(crate) fn pixel_size<S: Simd>(&self, depth: F<S>) -> F<S> {
         depth.mul_add(self.pixel_size[0], self.pixel_size[1])
     }
 
@@ -139,7 +142,7 @@ impl<'a> Screen<'a> {
 
     /// How fast positions along each pixel's ray leave its plane: world units for each of depth.
     #[inline(always)]
-    pub(crate) fn along_ray<S: Wide>(&self, p: &Pixels<S>) -> F<S> {
+    pub(crate) fn along_ray<S: Simd>(&self, p: &Pixels<S>) -> F<S> {
         let ([cx, cy], slope) = (self.centre, self.pixel_size[0]);
         let (x, y) = ((p.x - cx) * (slope * self.aspect), (cy - p.y) * slope);
         x.mul_add(p.normal.x, y.mul_add(p.normal.y, -p.normal.z))
@@ -147,7 +150,7 @@ impl<'a> Screen<'a> {
 
     /// Column and row of the pixel nearest to a place on the screen, the edge's where it is outside; whether it is inside.
     #[inline(always)]
-    pub(crate) fn nearest<S: Wide>(&self, (x, y): (F<S>, F<S>)) -> ([U<S>; 2], Mask<S>) {
+    pub(crate) fn nearest<S: Simd>(&self, (x, y): (F<S>, F<S>)) -> ([U<S>; 2], Mask<S>) {
         let (width, height) = (self.size().width(), self.size().height());
         let (right, bottom) = (width as f32 - 0.5, height as f32 - 0.5);
         let inside = x.le(right) & y.le(bottom) & !x.lt(-0.5) & !y.lt(-0.5);
@@ -156,7 +159,7 @@ impl<'a> Screen<'a> {
 
     /// The pixel nearest to a place on the screen: the edge's where it is outside.
     #[inline(always)]
-    pub(crate) fn tap<S: Wide>(&self, place: (F<S>, F<S>)) -> Tap<S> {
+    pub(crate) fn tap<S: Simd>(&self, place: (F<S>, F<S>)) -> Tap<S> {
         let ([column, row], inside) = self.nearest(place);
         let index = row * self.gbuffer.width() as u32 + column;
         let depth = index.gather(self.gbuffer.depth()).min(BACKGROUND);
@@ -165,17 +168,22 @@ impl<'a> Screen<'a> {
 
     /// View-space normal of a pixel; zero on the background.
     #[inline(always)]
-    pub(crate) fn normal<S: Wide>(&self, index: U<S>) -> V3<S> {
+    pub(crate) fn normal<S: Simd>(&self, index: U<S>) -> V3<S> {
         let (first, normals) = (index * 3, self.gbuffer.normal().as_flattened());
         V3 { x: first.gather(normals), y: (first + 1).gather(normals), z: (first + 2).gather(normals) }
     }
 }
 
-/// Sixteen values of a row from `x` on; beyond its end the last one again, in the place that `edge` has for them.
+/// The values of a row in `columns`; beyond its end the last one again, in the memory that `edge` has for them.
 #[inline(always)]
-pub(crate) fn neighbours<'v, T: Copy>(row: &'v [T], x: usize, edge: &'v mut [T; LANES]) -> &'v [T; LANES] {
-    row.get(x..).and_then(|rest| rest.first_chunk()).unwrap_or_else(|| {
-        *edge = std::array::from_fn(|i| row[(x + i).min(row.len() - 1)]);
-        edge
+pub(crate) fn neighbours<'v, T: Copy>(
+    row: &'v [T],
+    columns: Range<usize>,
+    edge: &'v mut [T; MAX_LANES],
+) -> &'v [T] {
+    row.get(columns.clone()).unwrap_or_else(|| {
+        let values = &mut edge[..columns.len()];
+        values.iter_mut().zip(columns).for_each(|(value, x)| *value = row[x.min(row.len() - 1)]);
+        values
     })
 }

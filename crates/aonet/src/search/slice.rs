@@ -1,7 +1,7 @@
 //! A plane through a pixel and the camera, in which the methods with horizons look for occluders.
 
 use super::screen::{Pixels, Tap};
-use crate::simd::Wide;
+use crate::simd::Simd;
 use crate::simd::lanes::F;
 use crate::simd::vector::V3;
 use std::f32::consts::{FRAC_PI_2, PI};
@@ -12,7 +12,7 @@ pub(crate) const MOST_GRAZING: f32 = 0.1;
 /// A slice of every pixel, spanned by the unit vectors `to_viewer` and one across it, "along".
 // Jimenez et al. 2016, §4, Alg. 1: the light of a pixel as an integral over slices.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Slice<S: Wide> {
+pub(crate) struct Slice<S: Simd> {
     /// Direction on the screen, y up.
     pub(crate) dx: F<S>,
     pub(crate) dy: F<S>,
@@ -29,7 +29,7 @@ pub(crate) struct Slice<S: Wide> {
 
 /// Where an occluder is in a slice, seen from the pixel.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct InSlice<S: Wide> {
+pub(crate) struct InSlice<S: Simd> {
     /// Towards the viewer, and along (world units).
     pub(crate) towards: F<S>,
     pub(crate) along: F<S>,
@@ -38,7 +38,7 @@ pub(crate) struct InSlice<S: Wide> {
     pub(crate) inverse_distance: F<S>,
 }
 
-impl<S: Wide> Slice<S> {
+impl<S: Simd> Slice<S> {
     /// The slice at `turn` half turns from the screen's x axis, in [0, 1].
     #[inline(always)]
     pub(crate) fn new(p: &Pixels<S>, turn: F<S>) -> Self {
@@ -128,7 +128,7 @@ impl<S: Wide> Slice<S> {
 /// Area of the unit disk between a diameter and a chord at a distance x from it, in [-1, 1] and with its sign:
 /// asin x + x sqrt(1 - x²). Off by less than 2e-4.
 #[inline(always)]
-pub(crate) fn strip<S: Wide>(x: F<S>) -> F<S> {
+pub(crate) fn strip<S: Simd>(x: F<S>) -> F<S> {
     // Minimax of what is left beyond the chord, over (1 - x) to the power of 3/2, which is smooth.
     const SERIES: [f32; 4] = [1.570_801_7, 0.355_869_5, -0.051_884_5, 0.011_219_9];
     let distance = x.abs();
@@ -140,17 +140,16 @@ pub(crate) fn strip<S: Wide>(x: F<S>) -> F<S> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::simd::lanes::LANES;
-    use crate::simd::{Isa, Kernel, Level, Simd};
+    use crate::simd::{Isa, Kernel, Level, MAX_LANES, Simd};
 
     struct Check;
 
     impl Kernel for Check {
         fn run<S: Simd>(self, simd: S) {
             for block in 0..=1000 {
-                let values: [f32; LANES] =
+                let values: [f32; MAX_LANES] =
                     std::array::from_fn(|i| (-1.0 + block as f32 / 500.0 + i as f32 * 1e-3).min(1.0));
-                let areas = strip(F::load(simd.wide(), &values)).array();
+                let areas = strip(F::load(simd, &values)).array();
                 for (x, area) in values.into_iter().zip(areas) {
                     assert!((area - (x.asin() + x * (1.0 - x * x).sqrt())).abs() < 2e-4, "{x}");
                 }

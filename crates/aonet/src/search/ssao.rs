@@ -10,7 +10,7 @@ use super::hemisphere::{Basis, directions, look, on_screen, van_der_corput};
 use super::noise::noise_at;
 use super::params::filtered_params;
 use super::screen::{Pixels, Screen};
-use crate::simd::Wide;
+use crate::simd::Simd;
 use crate::simd::lanes::F;
 
 filtered_params! {
@@ -54,24 +54,25 @@ pub(crate) struct Ssao<'a> {
     screen: &'a Screen<'a>,
     params: SsaoParams,
     /// Sample points in the unit ball.
-    points: Vec<[f32; 3]>,
+    points: &'a [[f32; 3]],
 }
 
 impl<'a> Ssao<'a> {
-    pub(crate) fn new(screen: &'a Screen<'a>, params: SsaoParams) -> Self {
-        Self { screen, params, points: params.points() }
+    /// `points` are [`SsaoParams::points`].
+    pub(crate) fn new(screen: &'a Screen<'a>, params: SsaoParams, points: &'a [[f32; 3]]) -> Self {
+        Self { screen, params, points }
     }
 }
 
 impl PixelMethod for Ssao<'_> {
     #[inline(always)]
-    fn visibility<S: Wide>(&self, p: &Pixels<S>, (x, y): (usize, usize)) -> F<S> {
+    fn visibility<S: Simd>(&self, p: &Pixels<S>, (x, y): (usize, usize)) -> F<S> {
         let [turn, _] = noise_at(p.x.simd(), x, y);
         let unit = self.screen.radius;
         let sphere = self.params.hemisphere == 0;
         let basis = Basis::about(if sphere { p.to_viewer } else { p.normal }, turn);
         let mut hidden = F::new(turn.simd(), 0.0);
-        for point in &self.points {
+        for point in self.points {
             let sample = basis.to_view(*point).mul_add(unit * self.params.radius_scale, p.position);
             let (tap, in_front) = look(self.screen, sample);
             let before_pixel = (tap.position.z - p.position.z).abs().max(1e-20);

@@ -10,7 +10,7 @@ use super::hemisphere::{Basis, directions, look, on_screen, van_der_corput};
 use super::noise::noise_at;
 use super::params::filtered_params;
 use super::screen::{Pixels, Screen};
-use crate::simd::Wide;
+use crate::simd::Simd;
 use crate::simd::lanes::F;
 
 filtered_params! {
@@ -43,23 +43,24 @@ pub(crate) struct Ssdo<'a> {
     screen: &'a Screen<'a>,
     params: SsdoParams,
     /// See [`SsdoParams::directions`].
-    samples: Vec<([f32; 3], f32)>,
+    samples: &'a [([f32; 3], f32)],
 }
 
 impl<'a> Ssdo<'a> {
-    pub(crate) fn new(screen: &'a Screen<'a>, params: SsdoParams) -> Self {
-        Self { screen, params, samples: params.directions() }
+    /// `samples` are [`SsdoParams::directions`].
+    pub(crate) fn new(screen: &'a Screen<'a>, params: SsdoParams, samples: &'a [([f32; 3], f32)]) -> Self {
+        Self { screen, params, samples }
     }
 }
 
 impl PixelMethod for Ssdo<'_> {
     #[inline(always)]
-    fn visibility<S: Wide>(&self, p: &Pixels<S>, (x, y): (usize, usize)) -> F<S> {
+    fn visibility<S: Simd>(&self, p: &Pixels<S>, (x, y): (usize, usize)) -> F<S> {
         let [turn, jitter] = noise_at(p.x.simd(), x, y);
         let unit = self.screen.radius;
         let basis = Basis::about(p.normal, turn);
         let mut hidden = F::new(turn.simd(), 0.0);
-        for (direction, place) in &self.samples {
+        for (direction, place) in self.samples {
             let distance = power((jitter + *place).fract(), self.params.distribution);
             let reach = distance * (unit * self.params.radius_scale);
             let sample = basis.to_view(*direction).mul_add(reach, p.position);

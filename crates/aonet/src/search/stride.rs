@@ -3,7 +3,7 @@
 use super::screen::{Pixels, Screen};
 use super::slice::Slice;
 use crate::frame::BACKGROUND;
-use crate::simd::Wide;
+use crate::simd::Simd;
 use crate::simd::integers::U;
 use crate::simd::lanes::{F, Mask};
 
@@ -12,7 +12,7 @@ const LONGEST: f32 = 65_536.0;
 
 /// A step of every pixel to one beside it.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Stride<S: Wide> {
+pub(crate) struct Stride<S: Simd> {
     /// To the right and down (px).
     columns: U<S>,
     rows: U<S>,
@@ -25,14 +25,14 @@ pub(crate) struct Stride<S: Wide> {
 
 /// What is at the end of a stride, in its slice and seen from the pixel.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Seen<S: Wide> {
+pub(crate) struct Seen<S: Simd> {
     /// Towards the viewer (world units).
     pub(crate) towards: F<S>,
     /// Its distance, squared.
     pub(crate) squared: F<S>,
 }
 
-impl<S: Wide> Stride<S> {
+impl<S: Simd> Stride<S> {
     /// To the pixel nearest to so many along the slice.
     #[inline(always)]
     pub(crate) fn new(screen: &Screen<'_>, slice: &Slice<S>, pixels: F<S>) -> Self {

@@ -4,6 +4,7 @@ use super::*;
 use crate::frame::camera::{Camera, Projection};
 use crate::frame::size::Size;
 use crate::metrics;
+use crate::simd::Level;
 use glam::{Vec3, Vec3A};
 use std::f32::consts::PI;
 
@@ -296,13 +297,49 @@ fn every_size_works_and_the_background_is_open() {
     }
 }
 
+fn with_options(method: &Classic, frame: &GBuffer, params: AoParams, options: Options) -> AoImage {
+    let mut image = AoImage::open(frame.size());
+    Session::new(method, frame.size(), options).unwrap().run(frame, params, &mut image).unwrap();
+    image
+}
+
+#[test]
+fn a_session_forgets_the_frame_before() {
+    let size = Size::px(100, 60);
+    let frames = [floor_and_wall(), [(Vec3A::Z, -3.0), (Vec3A::X, -1.0)]]
+        .map(|planes| frame(PERSPECTIVE, (100, 60), &planes));
+    let params = AoParams::new(1.0).unwrap();
+    for method in Classic::all() {
+        let mut session = Session::new(&method, size, Options::default()).unwrap();
+        let mut image = AoImage::open(size);
+        for frame in [&frames[0], &frames[1], &frames[0]] {
+            session.run(frame, params, &mut image).unwrap();
+            assert_eq!(image, method.run(frame, params).unwrap(), "{}", method.name());
+        }
+    }
+}
+
+#[test]
+fn a_session_refuses_what_it_was_not_made_for() {
+    let (ssao, frame) = (Classic::named("ssao").unwrap(), frame(PERSPECTIVE, (8, 4), &floor_and_wall()));
+    let params = AoParams::new(1.0).unwrap();
+    let session =
+        |width, threads| Session::new(&ssao, Size::px(width, 4), Options { threads, ..Options::default() });
+    assert!(session(8, 0).unwrap_err().to_string().contains("threads"));
+    let mut image = AoImage::open(Size::px(8, 4));
+    let error = session(9, 1).unwrap().run(&frame, params, &mut image).unwrap_err().to_string();
+    assert!(error.contains("9x4") && error.contains("8x4"), "{error}");
+    let mut small = AoImage::open(Size::px(4, 4));
+    assert!(session(8, 1).unwrap().run(&frame, params, &mut small).is_err());
+}
+
 #[test]
 fn the_number_of_threads_changes_nothing() {
     let frame = frame(PERSPECTIVE, (100, 60), &floor_and_wall());
     for method in Classic::all() {
         let [one, two] = [1, 2].map(|threads| {
-            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            pool.install(|| method.run(&frame, AoParams::new(1.0).unwrap()).unwrap())
+            let options = Options { threads, ..Options::default() };
+            with_options(&method, &frame, AoParams::new(1.0).unwrap(), options)
         });
         assert_eq!(one, two, "{}", method.name());
     }
@@ -312,7 +349,7 @@ fn the_number_of_threads_changes_nothing() {
 fn every_level_gives_nearly_the_same() {
     let (frame, params) = (frame(PERSPECTIVE, (200, 90), &floor_and_wall()), AoParams::new(1.0).unwrap());
     for method in Classic::all() {
-        let run = |level| method.run_with(&frame, params, Isa::new(level).unwrap()).unwrap();
+        let run = |level| with_options(&method, &frame, params, Options { threads: 1, level });
         let portable = run(Level::Portable);
         for level in Level::available() {
             let image = run(level);

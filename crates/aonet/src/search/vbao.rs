@@ -9,8 +9,8 @@ use super::noise::noise_at;
 use super::params::filtered_params;
 use super::screen::{Pixels, Screen};
 use super::slice::Slice;
-use crate::simd::Wide;
-use crate::simd::integers::{U, Whole};
+use crate::simd::Simd;
+use crate::simd::integers::{Integer, U};
 use crate::simd::lanes::F;
 use std::f32::consts::{FRAC_PI_2, PI};
 
@@ -56,7 +56,7 @@ impl<'a> Vbao<'a> {
 
     /// The occluded sectors of a slice.
     #[inline(always)]
-    fn occluded<S: Wide>(&self, p: &Pixels<S>, slice: &Slice<S>, jitter: F<S>) -> U<S> {
+    fn occluded<S: Simd>(&self, p: &Pixels<S>, slice: &Slice<S>, jitter: F<S>) -> U<S> {
         let mut occluded = F::new(jitter.simd(), 0.0).bits();
         let reach = p.radius_px * self.params.radius_scale;
         let bounds = Bounds::new(slice);
@@ -73,7 +73,7 @@ impl<'a> Vbao<'a> {
 
     /// The sectors that a tap so many pixels away on one side occludes.
     #[inline(always)]
-    fn behind_tap<S: Wide>(
+    fn behind_tap<S: Simd>(
         &self,
         p: &Pixels<S>,
         (slice, bounds): (&Slice<S>, &Bounds<S>),
@@ -98,12 +98,12 @@ impl<'a> Vbao<'a> {
 }
 
 /// The light below the hemisphere's ends.
-struct Bounds<S: Wide> {
+struct Bounds<S: Simd> {
     low: F<S>,
     inverse: F<S>,
 }
 
-impl<S: Wide> Bounds<S> {
+impl<S: Simd> Bounds<S> {
     #[inline(always)]
     fn new(slice: &Slice<S>) -> Self {
         let low = signed_arc(slice, slice.n - FRAC_PI_2);
@@ -124,7 +124,7 @@ impl<S: Wide> Bounds<S> {
 }
 
 #[inline(always)]
-fn signed_arc<S: Wide>(slice: &Slice<S>, angle: F<S>) -> F<S> {
+fn signed_arc<S: Simd>(slice: &Slice<S>, angle: F<S>) -> F<S> {
     let (cos, sin) = angle.abs().min(PI).cos_sin_of_half_turn();
     let arc = slice.arc(angle, [cos, sin.with_sign_of(angle)]);
     angle.lt(0.0).select(-arc, arc)
@@ -132,14 +132,14 @@ fn signed_arc<S: Wide>(slice: &Slice<S>, angle: F<S>) -> F<S> {
 
 /// Bits from `low` up to, not including, `high`; both in 0..=32.
 #[inline(always)]
-fn sectors<S: Wide>(low: U<S>, high: U<S>) -> U<S> {
-    let all = u32::MAX.whole_lanes(low.simd());
+fn sectors<S: Simd>(low: U<S>, high: U<S>) -> U<S> {
+    let all = u32::MAX.integer_lanes(low.simd());
     (all << low) & (all - (all << high))
 }
 
 impl PixelMethod for Vbao<'_> {
     #[inline(always)]
-    fn visibility<S: Wide>(&self, p: &Pixels<S>, (x, y): (usize, usize)) -> F<S> {
+    fn visibility<S: Simd>(&self, p: &Pixels<S>, (x, y): (usize, usize)) -> F<S> {
         let simd = p.x.simd();
         let [turn, jitter] = noise_at(simd, x, y);
         let inverse = 1.0 / self.params.slices as f32;

@@ -1,26 +1,26 @@
-//! Whole numbers of sixteen pixels: places in memory, and bits.
+//! Vectors of 32-bit integers, with operators: indices and bits.
 
-use crate::simd::Wide;
+use crate::simd::Simd;
 use crate::simd::lanes::{F, Mask};
 use std::ops::{Add, BitAnd, BitOr, Mul, Neg, Shl, Shr, Sub};
 
-/// A whole number of every pixel; it wraps around.
+/// An integer in every lane; it wraps around.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct U<S: Wide>(pub(super) S, pub(super) S::U);
+pub(crate) struct U<S: Simd>(pub(super) S, pub(super) S::U);
 
-impl<S: Wide> U<S> {
-    /// The instructions that it is computed with.
+impl<S: Simd> U<S> {
+    /// The instruction set that computes it.
     #[inline(always)]
     pub(crate) fn simd(self) -> S {
         self.0
     }
 
     #[cfg(test)]
-    pub(crate) fn array(self) -> [u32; crate::simd::lanes::LANES] {
-        self.float_of_bits().array().map(f32::to_bits)
+    pub(crate) fn array(self) -> Vec<u32> {
+        self.float_of_bits().array().into_iter().map(f32::to_bits).collect()
     }
 
-    /// Signed numbers as floats.
+    /// Signed integers as floats.
     #[inline(always)]
     pub(crate) fn float(self) -> F<S> {
         F(self.0, self.0.float(self.1))
@@ -31,16 +31,16 @@ impl<S: Wide> U<S> {
         F(self.0, self.0.float_of_bits(self.1))
     }
 
-    /// The values at these places; those beyond the end are at the last one.
+    /// The values at these indices; an index beyond the end reads the last value.
     #[inline(always)]
     pub(crate) fn gather(self, values: &[f32]) -> F<S> {
         F(self.0, self.0.gather(values, self.1))
     }
 
-    /// Whether it is less, both without a sign.
+    /// Whether it is less, both unsigned.
     #[inline(always)]
-    pub(crate) fn lt(self, other: impl Whole<S>) -> Mask<S> {
-        Mask(self.0, self.0.lt_u(self.1, other.whole_lanes(self.0).1))
+    pub(crate) fn lt(self, other: impl Integer<S>) -> Mask<S> {
+        Mask(self.0, self.0.lt_u(self.1, other.integer_lanes(self.0).1))
     }
 
     /// How many bits are set.
@@ -53,45 +53,45 @@ impl<S: Wide> U<S> {
     }
 }
 
-/// Whole numbers of every pixel, or one for all.
-pub(crate) trait Whole<S: Wide>: Copy {
-    fn whole_lanes(self, simd: S) -> U<S>;
+/// Integers of every lane, or one for all.
+pub(crate) trait Integer<S: Simd>: Copy {
+    fn integer_lanes(self, simd: S) -> U<S>;
 }
 
-impl<S: Wide> Whole<S> for U<S> {
+impl<S: Simd> Integer<S> for U<S> {
     #[inline(always)]
-    fn whole_lanes(self, _: S) -> U<S> {
+    fn integer_lanes(self, _: S) -> U<S> {
         self
     }
 }
 
-impl<S: Wide> Whole<S> for u32 {
+impl<S: Simd> Integer<S> for u32 {
     #[inline(always)]
-    fn whole_lanes(self, simd: S) -> U<S> {
+    fn integer_lanes(self, simd: S) -> U<S> {
         U(simd, simd.splat_u(self))
     }
 }
 
-impl<S: Wide> Neg for U<S> {
+impl<S: Simd> Neg for U<S> {
     type Output = U<S>;
     #[inline(always)]
     fn neg(self) -> U<S> {
-        0.whole_lanes(self.0) - self
+        0.integer_lanes(self.0) - self
     }
 }
 
-macro_rules! whole_operator {
+macro_rules! integer_operator {
     ($($trait:ident, $name:ident, $op:ident;)+) => {
-        $(impl<S: Wide, T: Whole<S>> $trait<T> for U<S> {
+        $(impl<S: Simd, T: Integer<S>> $trait<T> for U<S> {
             type Output = U<S>;
             #[inline(always)]
             fn $name(self, other: T) -> U<S> {
-                U(self.0, self.0.$op(self.1, other.whole_lanes(self.0).1))
+                U(self.0, self.0.$op(self.1, other.integer_lanes(self.0).1))
             }
         })+
     };
 }
-whole_operator! {
+integer_operator! {
     Add, add, add_u;
     Sub, sub, sub_u;
     Mul, mul, mul_u;

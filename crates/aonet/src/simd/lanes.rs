@@ -1,34 +1,31 @@
-//! Sixteen neighbouring pixels at once. Methods read like a shader: one pixel's work, in every lane.
+//! Vectors of neighbouring pixels, with operators. Methods read like a shader: the work of one pixel, in every lane.
 
 use crate::simd::integers::U;
-use crate::simd::{WIDE, Wide};
+use crate::simd::{MAX_LANES, Simd};
 use std::f32::consts::{FRAC_1_SQRT_2, FRAC_PI_2, PI};
 use std::ops::{Add, AddAssign, BitAnd, BitOr, Div, Mul, MulAssign, Neg, Not, Sub, SubAssign};
 
-/// Pixels that are computed together.
-pub(crate) const LANES: usize = WIDE;
-
-/// A number of every pixel.
+/// A float in every lane.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct F<S: Wide>(pub(super) S, pub(super) S::F);
+pub(crate) struct F<S: Simd>(pub(super) S, pub(super) S::F);
 
-/// A condition of every pixel.
+/// A condition in every lane.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Mask<S: Wide>(pub(super) S, pub(super) S::M);
+pub(crate) struct Mask<S: Simd>(pub(super) S, pub(super) S::M);
 
-/// A number of every pixel, or one for all.
-pub(crate) trait Number<S: Wide>: Copy {
+/// Floats of every lane, or one for all.
+pub(crate) trait Number<S: Simd>: Copy {
     fn lanes(self, simd: S) -> F<S>;
 }
 
-impl<S: Wide> Number<S> for F<S> {
+impl<S: Simd> Number<S> for F<S> {
     #[inline(always)]
     fn lanes(self, _: S) -> F<S> {
         self
     }
 }
 
-impl<S: Wide> Number<S> for f32 {
+impl<S: Simd> Number<S> for f32 {
     #[inline(always)]
     fn lanes(self, simd: S) -> F<S> {
         F(simd, simd.splat(self))
@@ -38,14 +35,14 @@ impl<S: Wide> Number<S> for f32 {
 /// Operators between lanes, and between lanes and one number.
 macro_rules! operator {
     ($trait:ident, $name:ident) => {
-        impl<S: Wide, T: Number<S>> $trait<T> for F<S> {
+        impl<S: Simd, T: Number<S>> $trait<T> for F<S> {
             type Output = F<S>;
             #[inline(always)]
             fn $name(self, other: T) -> F<S> {
                 F(self.0, self.0.$name(self.1, other.lanes(self.0).1))
             }
         }
-        impl<S: Wide> $trait<F<S>> for f32 {
+        impl<S: Simd> $trait<F<S>> for f32 {
             type Output = F<S>;
             #[inline(always)]
             fn $name(self, other: F<S>) -> F<S> {
@@ -54,7 +51,7 @@ macro_rules! operator {
         }
     };
     ($trait:ident, $name:ident, $op:tt) => {
-        impl<S: Wide, T: Number<S>> $trait<T> for F<S> {
+        impl<S: Simd, T: Number<S>> $trait<T> for F<S> {
             #[inline(always)]
             fn $name(&mut self, other: T) {
                 *self = *self $op other;
@@ -70,7 +67,7 @@ operator!(AddAssign, add_assign, +);
 operator!(SubAssign, sub_assign, -);
 operator!(MulAssign, mul_assign, *);
 
-impl<S: Wide> Neg for F<S> {
+impl<S: Simd> Neg for F<S> {
     type Output = F<S>;
     #[inline(always)]
     fn neg(self) -> F<S> {
@@ -78,31 +75,46 @@ impl<S: Wide> Neg for F<S> {
     }
 }
 
-impl<S: Wide> F<S> {
-    /// The same number for every pixel.
+impl<S: Simd> F<S> {
+    /// The same number in every lane.
     #[inline(always)]
     pub(crate) fn new(simd: S, value: f32) -> Self {
         value.lanes(simd)
     }
 
     #[inline(always)]
-    pub(crate) fn load(simd: S, from: &[f32; LANES]) -> Self {
+    pub(crate) fn load(simd: S, from: &[f32]) -> Self {
         Self(simd, simd.load(from))
+    }
+
+    /// Writes the first values, as many as `to` has, all lanes at most.
+    #[inline(always)]
+    pub(crate) fn store(self, to: &mut [f32]) {
+        if to.len() >= S::LANES {
+            return self.0.store(self.1, to);
+        }
+        let mut all = [0.0; MAX_LANES];
+        self.0.store(self.1, &mut all);
+        to.copy_from_slice(&all[..to.len()]);
     }
 
     /// `first`, `first` + 1, ...
     #[inline(always)]
     pub(crate) fn counting_from(simd: S, first: f32) -> Self {
-        const COUNT: [f32; LANES] = [0., 1., 2., 3., 4., 5., 6., 7., 8., 9., 10., 11., 12., 13., 14., 15.];
+        const COUNT: [f32; MAX_LANES] =
+            [0., 1., 2., 3., 4., 5., 6., 7., 8., 9., 10., 11., 12., 13., 14., 15.];
         Self::load(simd, &COUNT) + first
     }
 
-    #[inline(always)]
-    pub(crate) fn array(self) -> [f32; LANES] {
-        self.0.array(self.1)
+    /// All lanes.
+    #[cfg(test)]
+    pub(crate) fn array(self) -> Vec<f32> {
+        let mut all = vec![0.0; S::LANES];
+        self.store(&mut all);
+        all
     }
 
-    /// The instructions that it is computed with.
+    /// The instruction set that computes it.
     #[inline(always)]
     pub(crate) fn simd(self) -> S {
         self.0
@@ -252,8 +264,8 @@ impl<S: Wide> F<S> {
     }
 }
 
-impl<S: Wide> Mask<S> {
-    /// Whether it holds for one of the pixels.
+impl<S: Simd> Mask<S> {
+    /// Whether it holds in any lane.
     #[inline(always)]
     pub(crate) fn any(self) -> bool {
         self.0.any(self.1)
@@ -266,23 +278,23 @@ impl<S: Wide> Mask<S> {
     }
 }
 
-impl<S: Wide> BitAnd for Mask<S> {
+impl<S: Simd> BitAnd for Mask<S> {
     type Output = Mask<S>;
     #[inline(always)]
     fn bitand(self, other: Mask<S>) -> Mask<S> {
-        Mask(self.0, self.0.both(self.1, other.1))
+        Mask(self.0, self.0.and(self.1, other.1))
     }
 }
 
-impl<S: Wide> BitOr for Mask<S> {
+impl<S: Simd> BitOr for Mask<S> {
     type Output = Mask<S>;
     #[inline(always)]
     fn bitor(self, other: Mask<S>) -> Mask<S> {
-        Mask(self.0, self.0.either(self.1, other.1))
+        Mask(self.0, self.0.or(self.1, other.1))
     }
 }
 
-impl<S: Wide> Not for Mask<S> {
+impl<S: Simd> Not for Mask<S> {
     type Output = Mask<S>;
     #[inline(always)]
     fn not(self) -> Mask<S> {
@@ -303,29 +315,33 @@ mod tests {
                 struct Check;
                 impl Kernel for Check {
                     fn run<S: Simd>(self, simd: S) {
-                        $check(simd.wide());
+                        $check(simd);
                     }
                 }
-                Level::available().for_each(|level| Isa::new(level).unwrap().run(Check));
+                for level in Level::available() {
+                    Isa::new(level).unwrap().run(Check);
+                    Isa::new(level).unwrap().run_on_pixels(Check);
+                }
             }
         };
     }
     everywhere!(functions_are_as_exact_as_they_say, functions);
     everywhere!(nan_and_negative_numbers_have_an_index, indices);
     everywhere!(masks_choose, masks);
-    everywhere!(places_beyond_the_end_are_at_the_last, gathers);
+    everywhere!(indices_beyond_the_end_read_the_last_value, gathers);
+    everywhere!(a_store_writes_as_many_as_there_is_room_for, partial_stores);
     everywhere!(bits_are_counted_and_shifted_out, bits);
 
-    fn over<S: Wide>(simd: S, range: std::ops::RangeInclusive<f32>, check: impl Fn(f32, usize, F<S>)) {
+    fn over<S: Simd>(simd: S, range: std::ops::RangeInclusive<f32>, check: impl Fn(f32, usize, F<S>)) {
         let (low, high) = (*range.start(), *range.end());
         for block in 0..=1000 {
             let x = low + (high - low) * block as f32 / 1000.0;
-            let values = std::array::from_fn(|i| (x + i as f32 * 1e-3).min(high));
-            (0..LANES).for_each(|i| check(values[i], i, F::load(simd, &values)));
+            let values: [f32; MAX_LANES] = std::array::from_fn(|i| (x + i as f32 * 1e-3).min(high));
+            (0..S::LANES).for_each(|i| check(values[i], i, F::load(simd, &values)));
         }
     }
 
-    fn functions<S: Wide>(simd: S) {
+    fn functions<S: Simd>(simd: S) {
         over(simd, 0.0..=PI, |x, i, lanes| {
             let (c, s) = lanes.cos_sin_of_half_turn();
             assert!((c.array()[i] - x.cos()).abs() < 4e-6 && (s.array()[i] - x.sin()).abs() < 4e-6, "{x}");
@@ -347,44 +363,63 @@ mod tests {
         });
         assert_eq!(F::new(simd, 0.0).exp2().array()[0], 1.0);
         let signed = F::new(simd, 2.0).with_sign_of(F::new(simd, -0.0));
-        assert_eq!((signed.array()[5], signed.abs().array()[5]), (-2.0, 2.0));
+        assert_eq!((signed.array()[3], signed.abs().array()[3]), (-2.0, 2.0));
     }
 
-    fn indices<S: Wide>(simd: S) {
-        let lanes = [f32::NAN, -3.0, 1e30, 7.4, 0., 0., 0., 0., 0., 0., 0., 0., 0., 0., 0., 0.];
+    fn indices<S: Simd>(simd: S) {
+        let mut lanes = [0.0; MAX_LANES];
+        lanes[..4].copy_from_slice(&[f32::NAN, -3.0, 1e30, 7.4]);
         assert_eq!(F::load(simd, &lanes).index(9).array()[..4], [0, 0, 9, 7]);
     }
 
-    fn masks<S: Wide>(simd: S) {
-        let two = F::counting_from(simd, 0.0);
-        let chosen = (two.lt(2.0) | !two.le(14.0)).select(1.0, two).array();
-        assert_eq!((&chosen[..4], &chosen[14..]), (&[1.0, 1.0, 2.0, 3.0][..], &[14.0, 1.0][..]));
-        let chosen = (two.lt(8.0) & two.le(6.0)).select(1.0, 0.0).array();
-        assert_eq!(chosen[5..9], [1.0, 1.0, 0.0, 0.0]);
-        for i in 0..LANES {
-            let one = F::counting_from(simd, 0.0) - i as f32;
+    fn masks<S: Simd>(simd: S) {
+        let (i, half) = (F::counting_from(simd, 0.0), S::LANES as f32 / 2.0);
+        let chosen = (i.lt(1.0) | !i.le(half)).select(-1.0, i).array();
+        let expected = |i: usize| if i < 1 || i as f32 > half { -1.0 } else { i as f32 };
+        assert_eq!(chosen, (0..S::LANES).map(expected).collect::<Vec<_>>());
+        let chosen = (i.lt(half) & i.le(half - 2.0)).select(1.0, 0.0).array();
+        let expected = |i: usize| if i as f32 <= half - 2.0 { 1.0 } else { 0.0 };
+        assert_eq!(chosen, (0..S::LANES).map(expected).collect::<Vec<_>>());
+        for lane in 0..S::LANES {
+            let one = F::counting_from(simd, 0.0) - lane as f32;
             assert!((one.lt(0.5) & F::new(simd, -0.5).lt(one)).any());
         }
-        assert!(!two.lt(0.0).any());
+        assert!(!i.lt(0.0).any());
     }
 
-    fn gathers<S: Wide>(simd: S) {
+    fn gathers<S: Simd>(simd: S) {
         let values: Vec<f32> = (0..12).map(|v| v as f32 * 10.0).collect();
-        let places = F::counting_from(simd, 0.0).index(99);
-        assert_eq!(places.gather(&values).array()[10..], [100.0, 110.0, 110.0, 110.0, 110.0, 110.0]);
-        assert_eq!((places * u32::MAX).gather(&values).array()[..2], [0.0, 110.0]);
-        let triples: [[f32; 3]; LANES] = std::array::from_fn(|i| [i as f32, 100.0 + i as f32, -(i as f32)]);
-        let [x, y, z] = simd.thirds(&triples).map(|v| simd.array(v));
-        assert_eq!(std::array::from_fn(|i| [x[i], y[i], z[i]]), triples);
+        let indices = F::counting_from(simd, 10.0).index(99);
+        assert_eq!(indices.gather(&values).array()[..4], [100.0, 110.0, 110.0, 110.0]);
+        let indices = F::counting_from(simd, 0.0).index(99);
+        let all: Vec<f32> = (0..S::LANES).map(|i| values[i.min(11)]).collect();
+        assert_eq!(indices.gather(&values).array(), all);
+        assert_eq!((indices * u32::MAX).gather(&values).array()[..2], [0.0, 110.0]);
+        let triples: [[f32; 3]; MAX_LANES] =
+            std::array::from_fn(|i| [i as f32, 100.0 + i as f32, -(i as f32)]);
+        let [x, y, z] = simd.load_triples(&triples).map(|v| F(simd, v).array());
+        let found: Vec<_> = (0..S::LANES).map(|i| [x[i], y[i], z[i]]).collect();
+        assert_eq!(found, triples[..S::LANES]);
     }
 
-    fn bits<S: Wide>(simd: S) {
-        let count = F::counting_from(simd, 20.0).index(99);
+    fn bits<S: Simd>(simd: S) {
+        let count = F::counting_from(simd, 30.0).index(99);
         let one = F::counting_from(simd, 1.0).index(1);
-        assert_eq!((one << count).array()[10..14], [1 << 30, 1 << 31, 0, 0]);
-        // Without a sign, minus three is large.
-        let below = (F::counting_from(simd, -3.0).round().lt(2)).select(1.0, 0.0).array();
-        assert_eq!(below[..6], [0.0, 0.0, 0.0, 1.0, 1.0, 0.0]);
-        assert_eq!((((one << count) + u32::MAX) >> 1).count_ones().array()[10..14], [29, 30, 31, 31]);
+        assert_eq!((one << count).array()[..4], [1 << 30, 1 << 31, 0, 0]);
+        // Unsigned, -3 is large.
+        let below = |first: f32| F::counting_from(simd, first).round().lt(2).select(1.0, 0.0).array();
+        assert_eq!(below(-3.0)[..4], [0.0, 0.0, 0.0, 1.0]);
+        assert_eq!(below(-1.0)[..4], [0.0, 1.0, 1.0, 0.0]);
+        assert_eq!((((one << count) + u32::MAX) >> 1).count_ones().array()[..4], [29, 30, 31, 31]);
+    }
+
+    fn partial_stores<S: Simd>(simd: S) {
+        for len in 0..=MAX_LANES {
+            let mut to = vec![-1.0; len];
+            F::counting_from(simd, 5.0).store(&mut to);
+            let expected: Vec<f32> =
+                (0..len).map(|i| if i < S::LANES { 5.0 + i as f32 } else { -1.0 }).collect();
+            assert_eq!(to, expected);
+        }
     }
 }

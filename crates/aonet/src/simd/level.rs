@@ -1,7 +1,9 @@
 //! Which vector instructions a session uses.
 
 use crate::error::{Error, Result};
-use crate::simd::{Kernel, Portable, Simd};
+use crate::simd::{Kernel, MAX_LANES, Portable, Simd};
+#[cfg(target_arch = "x86_64")]
+use crate::simd::{avx2::Avx2, avx512::Avx512, pair::Paired};
 
 /// A set of vector instructions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -33,10 +35,10 @@ pub enum Isa {
     Portable,
     /// [`Level::Avx2`].
     #[cfg(target_arch = "x86_64")]
-    Avx2(super::x86::Avx2),
+    Avx2(Avx2),
     /// [`Level::Avx512`].
     #[cfg(target_arch = "x86_64")]
-    Avx512(super::x86::Avx512),
+    Avx512(Avx512),
 }
 
 impl Isa {
@@ -45,8 +47,6 @@ impl Isa {
     /// # Errors
     /// When the machine does not have the level.
     pub fn new(level: Level) -> Result<Self> {
-        #[cfg(target_arch = "x86_64")]
-        use super::x86::{Avx2, Avx512};
         match level {
             Level::Portable => Some(Self::Portable),
             #[cfg(target_arch = "x86_64")]
@@ -62,29 +62,42 @@ impl Isa {
     /// Values in a vector: the size of a block of channels.
     pub(crate) fn lanes(self) -> usize {
         match self {
-            Self::Portable => Portable::LANES,
+            Self::Portable => <Portable>::LANES,
             #[cfg(target_arch = "x86_64")]
-            Self::Avx2(_) => super::x86::Avx2::LANES,
+            Self::Avx2(_) => Avx2::LANES,
             #[cfg(target_arch = "x86_64")]
-            Self::Avx512(_) => super::x86::Avx512::LANES,
+            Self::Avx512(_) => Avx512::LANES,
         }
     }
 
     /// Vectors that a loop can accumulate into.
     pub(crate) fn accumulators(self) -> usize {
         match self {
-            Self::Portable => Portable::ACCUMULATORS,
+            Self::Portable => <Portable>::ACCUMULATORS,
             #[cfg(target_arch = "x86_64")]
-            Self::Avx2(_) => super::x86::Avx2::ACCUMULATORS,
+            Self::Avx2(_) => Avx2::ACCUMULATORS,
             #[cfg(target_arch = "x86_64")]
-            Self::Avx512(_) => super::x86::Avx512::ACCUMULATORS,
+            Self::Avx512(_) => Avx512::ACCUMULATORS,
+        }
+    }
+
+    /// Runs a kernel that works on pixels one by one, with sixteen lanes at every level.
+    // Such kernels have long chains of dependent operations: two of them at a time hide each other's latency.
+    // docs/decisions/simd.md has the times.
+    pub(crate) fn run_on_pixels(self, kernel: impl Kernel) {
+        match self {
+            Self::Portable => kernel.run(Portable::<MAX_LANES>),
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx2(simd) => simd.run(Paired(kernel)),
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx512(simd) => simd.run(kernel),
         }
     }
 
     /// Runs a kernel with these instructions.
     pub fn run(self, kernel: impl Kernel) {
         match self {
-            Self::Portable => kernel.run(Portable),
+            Self::Portable => kernel.run(Portable::<4>),
             #[cfg(target_arch = "x86_64")]
             Self::Avx2(simd) => simd.run(kernel),
             #[cfg(target_arch = "x86_64")]

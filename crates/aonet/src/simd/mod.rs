@@ -1,17 +1,24 @@
 //! Vector instructions: one source for every instruction set, chosen at run time.
+//!
+//! [`Simd`] is the one trait: a token of an instruction set, its vectors and their operations. [`lanes::F`],
+//! [`integers::U`] and [`lanes::Mask`] wrap its vectors with operators, for code that reads like a shader.
 
+pub(crate) mod aligned;
+#[cfg(target_arch = "x86_64")]
+mod avx2;
+#[cfg(target_arch = "x86_64")]
+pub(crate) mod avx512;
 pub(crate) mod integers;
-mod kernel;
 pub(crate) mod lanes;
 mod level;
+mod operations;
+#[cfg(target_arch = "x86_64")]
+mod pair;
+mod portable;
 pub(crate) mod vector;
-mod wide;
 #[cfg(target_arch = "x86_64")]
-mod wide_x86;
-#[cfg(target_arch = "x86_64")]
-pub(crate) mod x86;
+mod x86;
 
-pub(crate) use kernel::Portable;
-pub use kernel::{Kernel, Simd};
 pub use level::{Isa, Level};
-pub use wide::{WIDE, Wide};
+pub use operations::{Kernel, MAX_LANES, Simd};
+pub(crate) use portable::Portable;

@@ -1,27 +1,28 @@
-//! Vectors of sixteen pixels.
+//! Vectors of three components, one in every lane.
 
-use crate::simd::Wide;
-use crate::simd::lanes::{F, LANES, Number};
+use crate::simd::Simd;
+use crate::simd::lanes::{F, Number};
 use std::ops::{Add, Mul, Sub};
 
-/// A vector of every pixel.
+/// A vector of three components in every lane.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct V3<S: Wide> {
+pub(crate) struct V3<S: Simd> {
     pub(crate) x: F<S>,
     pub(crate) y: F<S>,
     pub(crate) z: F<S>,
 }
 
-impl<S: Wide> V3<S> {
-    /// The same vector for every pixel.
+impl<S: Simd> V3<S> {
+    /// The same vector in every lane.
     #[cfg(test)]
     pub(crate) fn new(simd: S, [x, y, z]: [f32; 3]) -> Self {
         Self { x: F::new(simd, x), y: F::new(simd, y), z: F::new(simd, z) }
     }
 
     #[inline(always)]
-    pub(crate) fn from_triples(simd: S, triples: &[[f32; 3]; LANES]) -> Self {
-        let [x, y, z] = simd.thirds(triples);
+    /// The first `LANES` triples of a slice that has them.
+    pub(crate) fn from_triples(simd: S, triples: &[[f32; 3]]) -> Self {
+        let [x, y, z] = simd.load_triples(triples);
         Self { x: F(simd, x), y: F(simd, y), z: F(simd, z) }
     }
 
@@ -46,7 +47,7 @@ impl<S: Wide> V3<S> {
     }
 }
 
-impl<S: Wide> Add for V3<S> {
+impl<S: Simd> Add for V3<S> {
     type Output = V3<S>;
     #[inline(always)]
     fn add(self, o: V3<S>) -> V3<S> {
@@ -54,7 +55,7 @@ impl<S: Wide> Add for V3<S> {
     }
 }
 
-impl<S: Wide> Sub for V3<S> {
+impl<S: Simd> Sub for V3<S> {
     type Output = V3<S>;
     #[inline(always)]
     fn sub(self, o: V3<S>) -> V3<S> {
@@ -62,7 +63,7 @@ impl<S: Wide> Sub for V3<S> {
     }
 }
 
-impl<S: Wide, T: Number<S>> Mul<T> for V3<S> {
+impl<S: Simd, T: Number<S>> Mul<T> for V3<S> {
     type Output = V3<S>;
     #[inline(always)]
     fn mul(self, by: T) -> V3<S> {

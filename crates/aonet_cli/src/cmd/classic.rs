@@ -5,7 +5,7 @@ use crate::frame_args::{FrameArgs, Run};
 use crate::output::{Style, table};
 use crate::setup;
 use anyhow::{Context, Result};
-use aonet::search::{Classic, KnobValue};
+use aonet::search::{Classic, KnobValue, Options, Session};
 use aonet::{AoImage, AoParams, GBuffer};
 use aonet_lab::frame::Frame;
 use clap::Parser;
@@ -60,9 +60,12 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     let (Frame { gbuffer, .. }, params) = args.frame.load(None)?;
     let (image, start) = match args.device {
         Device::Cpu => {
-            let pool = setup::pool(args.frame.threads)?;
+            let options = Options { threads: setup::threads(args.frame.threads), ..Options::default() };
+            let mut session = Session::new(&method, gbuffer.size(), options)?;
+            let mut image = AoImage::open(gbuffer.size());
             let start = Instant::now();
-            (pool.install(|| method.run(&gbuffer, params))?, start)
+            session.run(&gbuffer, params, &mut image)?;
+            (image, start)
         }
         Device::Gpu => on_gpu(&method, (&gbuffer, params))?,
     };

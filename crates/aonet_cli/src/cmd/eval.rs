@@ -112,11 +112,10 @@ pub(crate) fn run(args: &Args) -> Result<()> {
             contestants.push(Contestant { name, method: Method::Network { model, options } });
         }
     }
-    let pool = setup::pool(args.threads)?;
     let classic = setup::classic(&args.classic)?;
     contestants.extend(classic.iter().map(|(name, method)| Contestant {
         name: name.clone(),
-        method: Method::Classic { method, pool: &pool },
+        method: Method::Classic { method, threads },
     }));
     let bar = ProgressBar::new(0);
     let progress = |done: usize, total: usize| {

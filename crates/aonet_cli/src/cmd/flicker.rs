@@ -81,9 +81,9 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     let reference = |(i, surface)| setup::reference(&mut Rays::Cpu(&tracer), surface, params, sampling(i));
     let references = (1..).zip(&path).map(reference).collect::<Result<Vec<_>>>()?;
     let gbuffers: Vec<_> = path.iter().map(|surface| surface.gbuffer.clone()).collect();
-    let (threads, pool) = (setup::threads(args.threads), setup::pool(args.threads)?);
+    let threads = setup::threads(args.threads);
     let networks = models.iter().map(|(name, model)| (name, Method::network(model, threads)));
-    let by_hand = classic.iter().map(|(name, method)| (name, Method::Classic { method, pool: &pool }));
+    let by_hand = classic.iter().map(|(name, method)| (name, Method::Classic { method, threads }));
     let mut rows = Vec::new();
     for (name, method) in networks.chain(by_hand) {
         let run = |gbuffer| Ok(run_method(&method, gbuffer, params)?.0);

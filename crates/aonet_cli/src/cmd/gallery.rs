@@ -46,11 +46,11 @@ struct Shot {
 pub(crate) fn run(args: &Args) -> Result<()> {
     let (frame, params) = args.frame.load(None)?;
     let reference = frame.ao.as_ref().context("the frame has no channel `ao` to compare with")?;
-    let pool = setup::pool(args.frame.threads)?;
+    let threads = setup::threads(args.frame.threads);
     let (classic, models) = methods(args)?;
     let networks =
         models.iter().map(|(name, model)| (name, Method::network(model, setup::threads(args.frame.threads))));
-    let methods = classic.iter().map(|(name, method)| (name, Method::Classic { method, pool: &pool }));
+    let methods = classic.iter().map(|(name, method)| (name, Method::Classic { method, threads }));
     let mut shots = Vec::new();
     for (name, method) in methods.chain(networks) {
         shots.push(shoot((name, &method), (&frame.gbuffer, params), reference)?);

@@ -86,7 +86,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     );
     Preset { method: tuned.method, command: format!("aonet {}", words.join(" ")), frames }
         .save(&args.output)?;
-    let validation = validate(&manifest, [&method, &tuned.method], &pool)?;
+    let validation = validate(&manifest, [&method, &tuned.method], setup::threads(args.threads))?;
     report(args, (&method, &tuned), validation.as_ref())
 }
 
@@ -112,17 +112,13 @@ fn train_nnao(args: &Args, manifest: &Manifest) -> Result<()> {
 }
 
 /// Scores on validation frames: of unseen scenes if the dataset has any, else of seen ones.
-fn validate(
-    manifest: &Manifest,
-    [before, after]: [&Classic; 2],
-    pool: &rayon::ThreadPool,
-) -> Result<Option<Table>> {
+fn validate(manifest: &Manifest, [before, after]: [&Classic; 2], threads: usize) -> Result<Option<Table>> {
     let Some(split) = [Split::Val, Split::ValSeen].into_iter().find(|s| manifest.frames(*s).next().is_some())
     else {
         return Ok(None);
     };
     let contestant =
-        |name: &str, method| Contestant { name: name.into(), method: Method::Classic { method, pool } };
+        |name: &str, method| Contestant { name: name.into(), method: Method::Classic { method, threads } };
     let contestants = [contestant("as given", before), contestant("tuned", after)];
     Ok(Some(evaluate(manifest, split, &contestants, &|_, _| ())?))
 }

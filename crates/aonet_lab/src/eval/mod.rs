@@ -8,11 +8,10 @@ use crate::timing;
 use aonet::metrics::{self, Comparison, Scores};
 use aonet::net::Model;
 use aonet::net::cpu::{Options, Session};
-use aonet::search::Classic;
+use aonet::search::{self, Classic};
 use aonet::{AoImage, AoParams, GBuffer, Window};
 use aonet_scene::error::{Error, Result};
 use phenomena::{Breakdown, RadiusClass};
-use rayon::ThreadPool;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::time::Instant;
@@ -36,8 +35,8 @@ pub enum Method<'a> {
     Classic {
         /// The method and its parameters.
         method: &'a Classic,
-        /// Threads to run it with.
-        pool: &'a ThreadPool,
+        /// Threads to run it with, > 0.
+        threads: usize,
     },
 }
 
@@ -150,7 +149,23 @@ pub fn run(method: &Method<'_>, gbuffer: &GBuffer, params: AoParams) -> Result<(
 /// A method, and the session of its last frame, because most datasets have frames of one size.
 struct Runner<'a> {
     method: Method<'a>,
-    session: Option<(Window, Session)>,
+    session: Option<(Window, AnySession)>,
+}
+
+/// A session of a network or of a classic method.
+enum AnySession {
+    Network(Box<Session>),
+    Classic(Box<search::Session>),
+}
+
+impl AnySession {
+    fn run(&mut self, gbuffer: &GBuffer, params: AoParams, image: &mut AoImage) -> Result<()> {
+        match self {
+            Self::Network(session) => session.run(gbuffer, params, image)?,
+            Self::Classic(session) => session.run(gbuffer, params, image)?,
+        }
+        Ok(())
+    }
 }
 
 impl<'a> Runner<'a> {
@@ -161,33 +176,39 @@ impl<'a> Runner<'a> {
     fn run(&mut self, gbuffer: &GBuffer, params: AoParams) -> Result<(AoImage, Option<f64>)> {
         let window = gbuffer.window();
         let mut image = AoImage::open(window.size());
-        match self.method {
-            Method::Constant(value) => {
-                let pixels = image.visibility_mut().iter_mut().zip(gbuffer.foreground());
-                pixels.filter(|(_, shown)| *shown).for_each(|(v, _)| *v = value);
-                Ok((image, None))
-            }
-            Method::Classic { method, pool } => {
-                let start = Instant::now();
-                let image = pool.install(|| method.run(gbuffer, params))?;
-                Ok((image, Some(start.elapsed().as_secs_f64() * 1e3)))
-            }
-            Method::Network { model, options } => {
-                let session = match &mut self.session {
-                    Some((of, session)) if *of == window => session,
-                    stale => {
-                        let mut session = Session::with_options(model, window, options)?;
-                        // The first run touches the arena's pages; only later ones are timed.
-                        session.run(gbuffer, params, &mut image)?;
-                        &mut stale.insert((window, session)).1
-                    }
-                };
-                let start = Instant::now();
-                session.run(gbuffer, params, &mut image)?;
-                Ok((image, Some(start.elapsed().as_secs_f64() * 1e3)))
-            }
+        if let Method::Constant(value) = self.method {
+            let pixels = image.visibility_mut().iter_mut().zip(gbuffer.foreground());
+            pixels.filter(|(_, shown)| *shown).for_each(|(v, _)| *v = value);
+            return Ok((image, None));
         }
+        let session = match &mut self.session {
+            Some((of, session)) if *of == window => session,
+            stale => {
+                let mut session = open_session(&self.method, window)?;
+                // The first run touches the session's pages; only later ones are timed.
+                session.run(gbuffer, params, &mut image)?;
+                &mut stale.insert((window, session)).1
+            }
+        };
+        let start = Instant::now();
+        session.run(gbuffer, params, &mut image)?;
+        Ok((image, Some(start.elapsed().as_secs_f64() * 1e3)))
     }
+}
+
+/// A session of a method that is no constant.
+fn open_session(method: &Method<'_>, window: Window) -> Result<AnySession> {
+    Ok(match *method {
+        Method::Constant(_) => unreachable!("a constant has no session"),
+        Method::Classic { method, threads } => {
+            let options = search::Options { threads, ..search::Options::default() };
+            AnySession::Classic(Box::new(search::Session::new(method, window, options)?))
+        }
+        Method::Network { model, options } => {
+            let session = Session::with_options(model, window, options)?;
+            AnySession::Network(Box::new(session))
+        }
+    })
 }
 
 /// Mean visibility of the foreground of up to 100 training frames, spread over the dataset: the constant image for

@@ -10,7 +10,6 @@ use aonet::net::cpu::Options;
 use aonet::net::model::WeightFormat;
 use aonet::search::Classic;
 use aonet_scene::error::Result;
-use rayon::ThreadPool;
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -128,12 +127,13 @@ pub fn measure(
             found.rows.insert(key.to_owned(), Measured { radius_fits: true, ..Measured::default() });
         }
     }
-    let pool = timing::pool(subject.threads)?;
     let options = Options { threads: subject.threads, ..Options::default() };
     for (done, (key, size)) in needs.times.iter().enumerate() {
         let times = match (subject.models.first(key), rows::classic(key)) {
             (Some(model), _) => Some(timing::time(model, *size, options, subject.runs)?),
-            (None, Some(method)) => Some(timing::time_classic(&method, *size, &pool, subject.runs)?),
+            (None, Some(method)) => {
+                Some(timing::time_classic(&method, *size, subject.threads, subject.runs)?)
+            }
             (None, None) => None,
         };
         if let (Some(times), Some(row)) = (times, found.rows.get_mut(key)) {
@@ -142,7 +142,7 @@ pub fn measure(
         }
         progress("timing", done + 1, needs.times.len());
     }
-    score((needs, subject), &pool, &mut found, progress)?;
+    score((needs, subject), &mut found, progress)?;
     Ok(found)
 }
 
@@ -168,7 +168,6 @@ enum Job<'a> {
 /// Runs networks one after the other, so that only one has its memory at a time.
 fn score(
     (needs, subject): (&Needs, &Subject<'_>),
-    pool: &ThreadPool,
     found: &mut Measurements,
     progress: &dyn Fn(&str, usize, usize),
 ) -> Result<()> {
@@ -194,7 +193,7 @@ fn score(
     for (nth, (key, job)) in jobs.iter().enumerate() {
         let method = match job {
             Job::Network(model) => Method::network(model, subject.threads),
-            Job::Classic(method) => Method::Classic { method, pool },
+            Job::Classic(method) => Method::Classic { method, threads: subject.threads },
         };
         let scores = run(method, nth)?;
         found.rows.entry((*key).to_owned()).or_default().scores.push(scores);

@@ -17,11 +17,10 @@ use aonet::net::Model;
 use aonet::net::cpu::{Options, Precision, Session};
 use aonet::net::model::Ranges;
 use aonet::net::plan::Step;
-use aonet::search::Classic;
+use aonet::search::{self, Classic};
 use aonet::{AoImage, AoParams, Camera, GBuffer, Size};
-use aonet_scene::{Error, Result};
+use aonet_scene::Result;
 use glam::Vec3;
-use rayon::ThreadPool;
 use serde::Serialize;
 use std::time::Instant;
 
@@ -87,26 +86,19 @@ pub fn time(model: &Model, size: (usize, usize), options: Options, runs: usize) 
 /// Times a classic method, as [`time`] times a network; memory is not counted.
 ///
 /// # Errors
-/// When a side or a parameter is out of range.
-pub fn time_classic(method: &Classic, size: (usize, usize), pool: &ThreadPool, runs: usize) -> Result<Times> {
-    let gbuffer = bump(size.0, size.1)?;
-    let run = || -> Result<f64> {
+/// When a side or a parameter is out of range, or the threads cannot be started.
+pub fn time_classic(method: &Classic, size: (usize, usize), threads: usize, runs: usize) -> Result<Times> {
+    let (gbuffer, mut image) = (bump(size.0, size.1)?, AoImage::open(Size::new(size.0, size.1)?));
+    let options = search::Options { threads, ..search::Options::default() };
+    let mut session = search::Session::new(method, gbuffer.size(), options)?;
+    let mut run = || -> Result<f64> {
         let start = Instant::now();
-        pool.install(|| method.run(&gbuffer, AoParams::new(RADIUS)?))?;
+        session.run(&gbuffer, AoParams::new(RADIUS)?, &mut image)?;
         Ok(ms_since(start))
     };
     let first_ms = run()?;
     let mut times_ms = (0..runs.max(1)).map(|_| run()).collect::<Result<Vec<_>>>()?;
     Ok(Times::new(first_ms, &mut times_ms))
-}
-
-/// Threads for classic methods.
-///
-/// # Errors
-/// When they cannot be started.
-pub fn pool(threads: usize) -> Result<ThreadPool> {
-    let built = rayon::ThreadPoolBuilder::new().num_threads(threads).build();
-    built.map_err(|e| Error::request("threads", "threads that can be started", e))
 }
 
 /// Median time (ms) of every step of the session's plan, measured as [`time`] does.

@@ -1,6 +1,5 @@
 //! See [`crate::net::Op::Conv`], with the pooling, upsampling and concatenation before it.
 
-use super::bands::{Band, Workers};
 use super::conv_tile::{Lines, Tile};
 use super::conv_weights::{self, Group};
 use super::dot::{Dot, DotKernel};
@@ -11,6 +10,7 @@ use super::ring::{self, Input, Ring};
 use crate::error::Result;
 use crate::net::plan::{Buffer, HALO};
 use crate::simd::Simd;
+use crate::threads::{Band, Workers};
 
 /// Rows of input that a row of output sees.
 const ROWS: usize = 3;

@@ -1,10 +1,10 @@
 //! Weights of a convolution in the order in which its inner loops read them.
 
-use super::aligned::Aligned;
 use super::packing::{self, Quantized};
 use super::precision::Arithmetic;
 use super::ring::Input;
 use crate::error::Result;
+use crate::simd::aligned::Aligned;
 use std::ops::Range;
 
 /// Output channels that are computed together.

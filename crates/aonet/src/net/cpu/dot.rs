@@ -30,11 +30,11 @@ pub(super) trait Dot: Copy {
     fn finish(
         self,
         sums: Self::Sums,
-        scale: <Self::Simd as Simd>::V,
-        bias: <Self::Simd as Simd>::V,
-    ) -> <Self::Simd as Simd>::V;
+        scale: <Self::Simd as Simd>::F,
+        bias: <Self::Simd as Simd>::F,
+    ) -> <Self::Simd as Simd>::F;
     /// Packs a vector of numbers; integers are `per_step` times the number plus `zero`, from 0 to 255.
-    fn pack(self, values: <Self::Simd as Simd>::V, per_step: &[f32], zero: &[f32], words: &mut [f32]);
+    fn pack(self, values: <Self::Simd as Simd>::F, per_step: &[f32], zero: &[f32], words: &mut [f32]);
 }
 
 /// Work that is written once for all ways to multiply. `run` and all it calls must be `#[inline(always)]`.
@@ -49,8 +49,8 @@ pub(super) struct Exact<S>(pub(super) S);
 
 impl<S: Simd> Dot for Exact<S> {
     type Simd = S;
-    type Words = S::V;
-    type Sums = S::V;
+    type Words = S::F;
+    type Sums = S::F;
     const PACKED: usize = 1;
 
     #[inline(always)]
@@ -58,27 +58,27 @@ impl<S: Simd> Dot for Exact<S> {
         self.0
     }
     #[inline(always)]
-    fn splat(self, word: f32) -> S::V {
+    fn splat(self, word: f32) -> S::F {
         self.0.splat(word)
     }
     #[inline(always)]
-    fn load(self, words: &[f32]) -> S::V {
+    fn load(self, words: &[f32]) -> S::F {
         self.0.load(words)
     }
     #[inline(always)]
-    fn zero(self) -> S::V {
+    fn zero(self) -> S::F {
         self.0.splat(0.0)
     }
     #[inline(always)]
-    fn add(self, activations: S::V, weights: S::V, sums: S::V) -> S::V {
+    fn add(self, activations: S::F, weights: S::F, sums: S::F) -> S::F {
         self.0.mul_add(activations, weights, sums)
     }
     #[inline(always)]
-    fn finish(self, sums: S::V, _: S::V, bias: S::V) -> S::V {
+    fn finish(self, sums: S::F, _: S::F, bias: S::F) -> S::F {
         self.0.add(sums, bias)
     }
     #[inline(always)]
-    fn pack(self, values: S::V, _: &[f32], _: &[f32], words: &mut [f32]) {
+    fn pack(self, values: S::F, _: &[f32], _: &[f32], words: &mut [f32]) {
         self.0.store(values, words);
     }
 }

@@ -3,7 +3,7 @@
 
 use super::dot::{Dot, DotKernel};
 use crate::simd::Simd;
-use crate::simd::x86::Avx512;
+use crate::simd::avx512::Avx512;
 use std::arch::x86_64::*;
 
 /// AVX-512 BF16.

@@ -1,6 +1,5 @@
 //! Features of a frame, padded and partitioned into patches. See [`crate::net::Op::PatchPartition`].
 
-use super::bands::{Band, Workers};
 use crate::frame::ao_image::AoParams;
 use crate::frame::gbuffer::GBuffer;
 use crate::net::config::Features;
@@ -8,6 +7,7 @@ use crate::net::features::FeatureRows;
 use crate::net::plan::{Buffer, HALO};
 use crate::simd::Isa;
 use crate::simd::{Kernel, Simd};
+use crate::threads::{Band, Workers};
 
 /// Writes the features into a planar buffer.
 #[derive(Debug)]

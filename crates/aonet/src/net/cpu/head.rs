@@ -1,8 +1,6 @@
 //! The 1x1 convolution, the kernels that it predicts and the image that they give, cell by cell: the kernels
 //! are applied while they are in registers. See [`crate::net::Op::KernelPredict`]; AO-Net §3.3, Eq. 2.
 
-use super::aligned::Aligned;
-use super::bands::{Band, Workers};
 use super::dot::{Dot, DotKernel};
 use super::guide_window::GuideWindow;
 use super::kernel_predict::Tile;
@@ -16,6 +14,8 @@ use crate::frame::gbuffer::GBuffer;
 use crate::net::config::KernelWeights;
 use crate::net::plan::{Buffer, BufferId};
 use crate::simd::Simd;
+use crate::simd::aligned::Aligned;
+use crate::threads::{Band, Workers};
 
 /// Vectors of cells that are computed together.
 pub(super) const VECTORS: usize = 2;

@@ -1,10 +1,10 @@
 //! The first channel of a buffer as the image.
 
-use super::bands::Workers;
 use crate::frame::ao_image::AoImage;
 use crate::frame::gbuffer::GBuffer;
 use crate::net::plan::{Buffer, HALO};
 use crate::simd::Isa;
+use crate::threads::Workers;
 
 /// The last step of a network whose last convolution is no head.
 #[derive(Debug)]

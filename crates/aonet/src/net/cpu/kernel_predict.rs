@@ -13,7 +13,7 @@ use crate::simd::Simd;
 const ROW_TAPS: usize = WINDOW * GUIDE_CHANNELS;
 
 /// A vector of numbers.
-type Vector<D> = <<D as Dot>::Simd as Simd>::V;
+type Vector<D> = <<D as Dot>::Simd as Simd>::F;
 
 /// Neighbouring cells of a row.
 pub(super) struct Tile<'a> {
@@ -215,7 +215,7 @@ fn feature_lines(head: &Head) -> usize {
 }
 
 #[inline(always)]
-fn store<S: Simd, const N: usize>(simd: S, values: [S::V; N], out: &mut [f32]) {
+fn store<S: Simd, const N: usize>(simd: S, values: [S::F; N], out: &mut [f32]) {
     for (value, out) in values.iter().zip(out.chunks_exact_mut(S::LANES)) {
         simd.store(*value, out);
     }

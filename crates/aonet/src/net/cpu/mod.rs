@@ -4,8 +4,6 @@
 //! Activations are f32. Blocked images keep as many channels side by side as a vector has lanes; a convolution
 //! broadcasts one input value at a time to vectors of output channels.
 
-mod aligned;
-mod bands;
 mod calibration;
 mod conv;
 mod conv_tile;
@@ -21,7 +19,6 @@ mod kernel_predict;
 mod packing;
 mod patch_merge;
 mod peak;
-mod pool;
 mod precision;
 mod recipe;
 mod resample;

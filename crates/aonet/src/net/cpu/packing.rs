@@ -1,9 +1,9 @@
 //! Numbers as packed words: which range of an input the steps of an integer cover, and what becomes of weights.
 
-use super::aligned::Aligned;
 use super::precision::Arithmetic;
 use crate::error::Result;
 use crate::net::plan::CHANNEL_BLOCK;
+use crate::simd::aligned::Aligned;
 
 /// Steps above the first that an activation's byte can tell apart, and on each side of 0 that a weight's can.
 const ACTIVATION_STEPS: f32 = 255.0;

@@ -62,13 +62,13 @@ pub(super) fn upsample2<S: Simd>(simd: S, [near, far]: [&[f32]; 2], out: &mut [f
 
 /// One vector from each of two slices, [`lean`]ing to the first.
 #[inline(always)]
-fn mix<S: Simd>(simd: S, (near, far): (&[f32], &[f32])) -> S::V {
+fn mix<S: Simd>(simd: S, (near, far): (&[f32], &[f32])) -> S::F {
     lean(simd, simd.load(near), simd.load(far))
 }
 
 /// Three parts of `near`, one of `far`.
 #[inline(always)]
-fn lean<S: Simd>(simd: S, near: S::V, far: S::V) -> S::V {
+fn lean<S: Simd>(simd: S, near: S::F, far: S::F) -> S::F {
     simd.mul_add(simd.splat(0.25), far, simd.mul(simd.splat(0.75), near))
 }
 

@@ -1,12 +1,12 @@
 //! The search before a network and the passes of its filter, over the arena. See [`crate::net::Op::Search`].
 
-use super::bands::Workers;
 use crate::frame::ao_image::AoParams;
 use crate::frame::gbuffer::GBuffer;
 use crate::net::config::SearchConfig;
 use crate::net::plan::Buffer;
 use crate::search;
 use crate::simd::Isa;
+use crate::threads::Workers;
 
 /// The method without its filter.
 #[derive(Debug)]

@@ -1,7 +1,5 @@
 //! A model ready to run at one size.
 
-use super::aligned::Aligned;
-use super::bands::Workers;
 use super::conv::Conv;
 use super::features::PartitionFeatures;
 use super::head::Head;
@@ -17,7 +15,9 @@ use crate::frame::window::Window;
 use crate::net::config::Features;
 use crate::net::model::Model;
 use crate::net::plan::{BufferId, Plan, Step};
+use crate::simd::aligned::Aligned;
 use crate::simd::{Isa, Level};
+use crate::threads::Workers;
 
 /// How a session computes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -3,7 +3,6 @@
 //! Inputs become vectors of products' factors square by square, a few squares at a time so that they stay in the caches;
 //! then every one of the 36 products is a small matrix multiplication over the channels.
 
-use super::bands::{Band, Workers};
 use super::dot::{Dot, DotKernel, Exact};
 use super::precision::Arithmetic;
 use super::recipe::{ConvStep, Recipe};
@@ -15,6 +14,7 @@ use super::winograd_weights::{self, Group};
 use crate::error::Result;
 use crate::net::plan::{Buffer, CHANNEL_BLOCK, HALO};
 use crate::simd::Simd;
+use crate::threads::{Band, Workers};
 
 /// Most squares of a row that are transformed together: with 64 channels their factors and products take 0.4 MiB.
 const MAX_SQUARES: usize = 24;

@@ -138,7 +138,7 @@ impl Products<'_> {
     }
 
     #[inline(always)]
-    fn square<S: Simd>(&self, simd: S, from: usize) -> [[S::V; OUT]; OUT] {
+    fn square<S: Simd>(&self, simd: S, from: usize) -> [[S::F; OUT]; OUT] {
         let mut columns = [[simd.splat(0.0); OUT]; IN];
         for (x, column) in columns.iter_mut().enumerate() {
             let at = |y: usize| simd.load(&self.values[(y * IN + x) * self.pitch + from..]);

@@ -35,7 +35,7 @@ pub(super) fn filter(taps: &[f32; 9]) -> [f32; PRODUCTS] {
 
 /// Bᵀ d: a line of inputs at every point.
 #[inline(always)]
-pub(super) fn input<S: Simd>(simd: S, d: [S::V; IN]) -> [S::V; IN] {
+pub(super) fn input<S: Simd>(simd: S, d: [S::F; IN]) -> [S::F; IN] {
     let plus = |a, factor: f32, b| simd.mul_add(simd.splat(factor), b, a);
     let (even, odd) = (plus(d[4], -4.0, d[2]), plus(d[3], -4.0, d[1]));
     let (far, near) = (plus(d[4], -1.0, d[2]), plus(d[3], -1.0, d[1]));
@@ -51,7 +51,7 @@ pub(super) fn input<S: Simd>(simd: S, d: [S::V; IN]) -> [S::V; IN] {
 
 /// Aᵀ m: a line of outputs from the products at every point.
 #[inline(always)]
-pub(super) fn output<S: Simd>(simd: S, m: [S::V; IN]) -> [S::V; OUT] {
+pub(super) fn output<S: Simd>(simd: S, m: [S::F; IN]) -> [S::F; OUT] {
     let plus = |a, factor: f32, b| simd.mul_add(simd.splat(factor), b, a);
     let (even, odd) = (simd.add(m[1], m[2]), plus(m[1], -1.0, m[2]));
     let (far_even, far_odd) = (simd.add(m[3], m[4]), plus(m[3], -1.0, m[4]));

@@ -1,11 +1,11 @@
 //! Transformed weights in the order in which the multiplications read them.
 
-use super::aligned::Aligned;
 use super::conv_weights::split_vectors;
 use super::packing;
 use super::precision::Arithmetic;
 use super::winograd_transforms::{PRODUCTS, filter};
 use crate::error::Result;
+use crate::simd::aligned::Aligned;
 
 /// Output channels that are computed together.
 #[derive(Debug)]

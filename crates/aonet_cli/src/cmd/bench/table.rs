@@ -3,7 +3,6 @@
 use super::subject::{Case, Method, Subject};
 use super::{Args, machine, progress};
 use crate::output::{self, Style, number, table};
-use crate::setup;
 use anyhow::Result;
 use aonet::net::Model;
 use aonet::net::cpu::{Options, Precision};
@@ -87,7 +86,7 @@ fn measure(case: Case<'_>, options: Options, runs: usize) -> Result<Row> {
             }
         }
         Method::Classic(method) => {
-            let times = timing::time_classic(method, size, &setup::pool(Some(threads))?, runs)?;
+            let times = timing::time_classic(method, size, threads, runs)?;
             Row { taps: Some(method.taps()), ..row(case, threads, times) }
         }
     })

@@ -161,7 +161,7 @@ fn add_products<S: Simd, const O: usize>(
     simd: S,
     pixels: &[f32],
     ((bordered, slopes), [first, row, rows]): ((&Bordered, &[f32]), [usize; 3]),
-    sums: &mut [[S::V; SIZE]; O],
+    sums: &mut [[S::F; SIZE]; O],
 ) {
     let mut x = 0;
     while x < bordered.width {

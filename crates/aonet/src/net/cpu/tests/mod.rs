@@ -3,8 +3,6 @@
 mod packed;
 
 use crate::net::config::{KernelWeights, Output};
-use crate::net::cpu::aligned::Aligned;
-use crate::net::cpu::bands::Workers;
 use crate::net::cpu::conv::Conv;
 use crate::net::cpu::head::Head;
 use crate::net::cpu::precision::{Arithmetic, Precision};
@@ -15,7 +13,9 @@ use crate::net::model::Ranges;
 use crate::net::naive::{self, Planes};
 use crate::net::plan::{Buffer, HALO, Layout, Plan, Resample, Source};
 use crate::net::weights::{Tensor, Weights};
+use crate::simd::aligned::Aligned;
 use crate::simd::{Isa, Level};
+use crate::threads::Workers;
 use crate::{AoImage, Camera, GBuffer, Size};
 
 /// Normalised mean square error. Measured: 3e-14 at most, from the order of summation.

@@ -7,7 +7,7 @@ const LINE_BYTES: usize = 64;
 
 /// A slice of f32 whose first value is at a multiple of 64 bytes.
 #[derive(Debug)]
-pub(super) struct Aligned {
+pub(crate) struct Aligned {
     storage: Vec<f32>,
     start: usize,
     len: usize,
@@ -18,7 +18,7 @@ impl Aligned {
     ///
     /// # Errors
     /// When there is not enough memory.
-    pub(super) fn zeros(len: usize) -> Result<Self> {
+    pub(crate) fn zeros(len: usize) -> Result<Self> {
         let padded = len.saturating_add(LINE_BYTES / size_of::<f32>());
         Vec::<f32>::new()
             .try_reserve_exact(padded)

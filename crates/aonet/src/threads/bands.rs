@@ -1,8 +1,8 @@
 //! Work over rows: an image is cut into bands, and each thread takes the next band when it is free.
 
-use super::aligned::Aligned;
 use super::pool::Pool;
 use crate::error::Result;
+use crate::simd::aligned::Aligned;
 use std::sync::{Mutex, PoisonError};
 
 /// Bands per thread: enough that a thread that was held up does not hold up the others for long.
@@ -11,20 +11,20 @@ const BANDS_PER_THREAD: usize = 4;
 
 /// Threads, and memory of their own for each.
 #[derive(Debug)]
-pub(super) struct Workers {
+pub(crate) struct Workers {
     pool: Pool,
     scratch: Vec<Mutex<Aligned>>,
     scratch_len: usize,
 }
 
 /// Consecutive rows of an image.
-pub(super) struct Band<'a> {
+pub(crate) struct Band<'a> {
     /// Index of the first row.
-    pub(super) first: usize,
+    pub(crate) first: usize,
     /// All values of the rows.
-    pub(super) values: &'a mut [f32],
+    pub(crate) values: &'a mut [f32],
     /// Memory of the thread that works on the band. Holds anything.
-    pub(super) scratch: &'a mut [f32],
+    pub(crate) scratch: &'a mut [f32],
 }
 
 impl Workers {
@@ -32,7 +32,7 @@ impl Workers {
     ///
     /// # Errors
     /// When `threads` is 0, a thread cannot be started or there is not enough memory.
-    pub(super) fn new(threads: usize, scratch_len: usize) -> Result<Self> {
+    pub(crate) fn new(threads: usize, scratch_len: usize) -> Result<Self> {
         let pool = Pool::new(threads)?;
         let scratch =
             (0..threads).map(|_| Aligned::zeros(scratch_len).map(Mutex::new)).collect::<Result<_>>()?;
@@ -40,17 +40,17 @@ impl Workers {
     }
 
     /// Number of threads.
-    pub(super) fn threads(&self) -> usize {
+    pub(crate) fn threads(&self) -> usize {
         self.pool.threads()
     }
 
     /// Bytes of scratch memory.
-    pub(super) fn scratch_bytes(&self) -> usize {
+    pub(crate) fn scratch_bytes(&self) -> usize {
         self.scratch.len() * self.scratch_len * size_of::<f32>()
     }
 
     /// Calls `work` for every band of `image`, whose rows have `row_len` values.
-    pub(super) fn for_each_band(
+    pub(crate) fn for_each_band(
         &mut self,
         image: &mut [f32],
         row_len: usize,
@@ -62,7 +62,7 @@ impl Workers {
     }
 
     /// The same with `rows` rows in every band but the last.
-    pub(super) fn for_each_band_of(
+    pub(crate) fn for_each_band_of(
         &mut self,
         image: &mut [f32],
         (rows, row_len): (usize, usize),

@@ -10,7 +10,7 @@ type Job = dyn Fn(usize) + Sync;
 
 /// Threads that run the same closure at the same time.
 #[derive(Debug)]
-pub(super) struct Pool {
+pub(crate) struct Pool {
     shared: Arc<Shared>,
     workers: Vec<JoinHandle<()>>,
 }
@@ -42,7 +42,7 @@ impl Pool {
     ///
     /// # Errors
     /// When `threads` is 0 or a thread cannot be started.
-    pub(super) fn new(threads: usize) -> Result<Self> {
+    pub(crate) fn new(threads: usize) -> Result<Self> {
         if threads == 0 {
             return Err(Error::value("threads", "at least 1", threads));
         }
@@ -61,7 +61,7 @@ impl Pool {
     }
 
     /// Number of threads, the caller's included.
-    pub(super) fn threads(&self) -> usize {
+    pub(crate) fn threads(&self) -> usize {
         self.workers.len() + 1
     }
 
@@ -69,7 +69,7 @@ impl Pool {
     ///
     /// # Panics
     /// When `job` does, on any thread.
-    pub(super) fn run(&mut self, job: &(dyn Fn(usize) + Sync)) {
+    pub(crate) fn run(&mut self, job: &(dyn Fn(usize) + Sync)) {
         // SAFETY: only the lifetime changes; the workers drop the pointer before this function returns.
         let job_ptr =
             JobPtr(unsafe { std::mem::transmute::<*const (dyn Fn(usize) + Sync + '_), *const Job>(job) });

@@ -1,0 +1,181 @@
+//! A classic method ready to run on the CPU at one size.
+
+use super::agtao::{Agtao, AgtaoParams};
+use super::denoise::{self, Denoise};
+use super::gtao::{Gtao, GtaoParams};
+use super::hbao::{Hbao, HbaoParams};
+use super::nnao::{Nnao, NnaoParams, Taps};
+use super::nnao_weights::NnaoWeights;
+use super::pyramid::Pyramid;
+use super::screen::Screen;
+use super::ssao::{Ssao, SsaoParams};
+use super::ssdo::{Ssdo, SsdoParams};
+use super::vbao::{Vbao, VbaoParams};
+use super::{Classic, NNAO_WEIGHTS, PixelMethod, Rows};
+use crate::error::{Error, Result};
+use crate::frame::ao_image::{AoImage, AoParams};
+use crate::frame::gbuffer::GBuffer;
+use crate::frame::size::Size;
+use crate::frame::window::Window;
+use crate::simd::aligned::Aligned;
+use crate::simd::{Isa, Level};
+use crate::threads::Workers;
+
+/// Consecutive rows that a thread works on. guess
+const BAND: usize = 45;
+
+/// How a session computes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Options {
+    /// Threads, the caller's included.
+    pub threads: usize,
+    /// Vector instructions.
+    pub level: Level,
+}
+
+impl Default for Options {
+    /// One thread, the best instructions of this machine.
+    fn default() -> Self {
+        Self { threads: 1, level: Level::best() }
+    }
+}
+
+/// A classic method, its memory and its threads, for frames of one size.
+///
+/// A result does not depend on the number of threads.
+#[derive(Debug)]
+pub struct Session {
+    method: Prepared,
+    memory: Memory,
+}
+
+/// A method with what does not depend on the frame.
+#[derive(Debug)]
+enum Prepared {
+    Ssao(SsaoParams, Vec<[f32; 3]>),
+    Hbao(HbaoParams),
+    Ssdo(SsdoParams, Vec<([f32; 3], f32)>),
+    Nnao(NnaoParams, Box<NnaoWeights>, Vec<Taps>),
+    Gtao(GtaoParams, Pyramid),
+    Vbao(VbaoParams),
+    Agtao(AgtaoParams),
+}
+
+impl Prepared {
+    fn new(method: Classic, size: Size) -> Result<Self> {
+        Ok(match method.checked()? {
+            Classic::Ssao(p) => Self::Ssao(p, p.points()),
+            Classic::Hbao(p) => Self::Hbao(p),
+            Classic::Ssdo(p) => Self::Ssdo(p, p.directions()),
+            Classic::Nnao(p) => {
+                let weights = Box::new(NnaoWeights::from_bytes(NNAO_WEIGHTS)?);
+                let taps = Taps::all(&p, &weights);
+                Self::Nnao(p, weights, taps)
+            }
+            Classic::Gtao(p) => Self::Gtao(p, Pyramid::new(size, p.depth_levels, p.depth_offset)?),
+            Classic::Vbao(p) => Self::Vbao(p),
+            Classic::Agtao(p) => Self::Agtao(p),
+        })
+    }
+}
+
+impl Session {
+    /// A session for frames of one size, with a guard band or without; the caller of [`Session::run`] is one of the threads.
+    ///
+    /// # Errors
+    /// When a parameter of the method is out of its range, `threads` is 0 or cannot be started,
+    /// the machine does not have the instructions, or there is not enough memory.
+    pub fn new(method: &Classic, window: impl Into<Window>, options: Options) -> Result<Self> {
+        let window = window.into();
+        let size = window.buffer_size();
+        let method = Prepared::new(*method, size)?;
+        let memory = Memory {
+            window,
+            isa: Isa::new(options.level)?,
+            workers: Workers::new(options.threads, 0)?,
+            found: Aligned::zeros(size.pixels())?,
+            filtered: Aligned::zeros(size.pixels())?,
+        };
+        Ok(Self { method, memory })
+    }
+
+    /// Writes the visibility of a frame's picture: in [0, 1], 1 on the background. Allocates nothing.
+    ///
+    /// # Errors
+    /// When the frame has another size or margin than the session, or the image another size than its picture.
+    pub fn run(&mut self, gbuffer: &GBuffer, params: AoParams, image: &mut AoImage) -> Result<()> {
+        let window = self.memory.window;
+        if gbuffer.window() != window {
+            return Err(Error::size("G-buffer of a session", window, gbuffer.window()));
+        }
+        window.size().expect("AO image of a session", image.size())?;
+        let screen = &Screen::new(gbuffer, params);
+        let memory = &mut self.memory;
+        match &mut self.method {
+            Prepared::Ssao(p, points) => memory.run(screen, &Ssao::new(screen, *p, points), p.denoise()),
+            Prepared::Hbao(p) => memory.run(screen, &Hbao::new(screen, *p), p.denoise()),
+            Prepared::Ssdo(p, samples) => memory.run(screen, &Ssdo::new(screen, *p, samples), p.denoise()),
+            Prepared::Nnao(p, weights, taps) => {
+                memory.run(screen, &Nnao::new(screen, *p, weights, taps), p.denoise());
+            }
+            Prepared::Gtao(p, pyramid) => {
+                pyramid.fill(screen, p.pyramid_range(screen.radius), memory.isa, &mut memory.workers);
+                memory.run(screen, &Gtao::new(screen, *p, pyramid), p.denoise());
+            }
+            Prepared::Vbao(p) => memory.run(screen, &Vbao::new(screen, *p), p.denoise()),
+            Prepared::Agtao(p) => memory.run(screen, &Agtao::new(screen, *p), p.denoise()),
+        }
+        memory.write(gbuffer, image);
+        Ok(())
+    }
+
+    /// Bytes of the images and the depth pyramid that the session owns.
+    pub fn memory_bytes(&self) -> usize {
+        let pyramid = match &self.method {
+            Prepared::Gtao(_, pyramid) => pyramid.len(),
+            _ => 0,
+        };
+        (self.memory.found.len() + self.memory.filtered.len() + pyramid) * size_of::<f32>()
+    }
+}
+
+/// What all methods need.
+#[derive(Debug)]
+struct Memory {
+    window: Window,
+    isa: Isa,
+    workers: Workers,
+    /// HxW visibility before a pass of the filter, and after it.
+    found: Aligned,
+    filtered: Aligned,
+}
+
+impl Memory {
+    /// Runs the method for all pixels, then the filter. The result is in `found`.
+    fn run(&mut self, screen: &Screen<'_>, method: &impl PixelMethod, by: Denoise) {
+        let (width, isa) = (self.window.buffer_size().width(), self.isa);
+        self.workers.for_each_band_of(&mut self.found, (BAND, width), |band| {
+            isa.run_on_pixels(Rows { screen, method, first: band.first, rows: band.values });
+        });
+        for _ in 0..by.passes {
+            let found = &self.found;
+            self.workers.for_each_band(&mut self.filtered, width, |band| {
+                for (i, line) in band.values.chunks_exact_mut(width).enumerate() {
+                    denoise::row(screen, by, found, (band.first + i, line), isa);
+                }
+            });
+            std::mem::swap(&mut self.found, &mut self.filtered);
+        }
+    }
+
+    /// Copies the picture in `found` to the image, with 1 on the background.
+    fn write(&self, gbuffer: &GBuffer, image: &mut AoImage) {
+        let width = image.width();
+        for (y, line) in image.visibility_mut().chunks_exact_mut(width).enumerate() {
+            let found = self.window.row(&self.found, y);
+            for ((to, found), depth) in line.iter_mut().zip(found).zip(self.window.row(gbuffer.depth(), y)) {
+                *to = if *depth == f32::INFINITY { 1.0 } else { found.clamp(0.0, 1.0) };
+            }
+        }
+    }
+}
