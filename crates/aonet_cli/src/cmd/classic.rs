@@ -61,8 +61,9 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     let (image, start) = match args.device {
         Device::Cpu => {
             let options = Options { threads: setup::threads(args.frame.threads), ..Options::default() };
-            let mut session = Session::new(&method, gbuffer.size(), options)?;
-            let mut image = AoImage::open(gbuffer.size());
+            let window = gbuffer.window();
+            let mut session = Session::new(&method, window, options)?;
+            let mut image = AoImage::open(window.size());
             let start = Instant::now();
             session.run(&gbuffer, params, &mut image)?;
             (image, start)

@@ -12,6 +12,7 @@ use aonet::search::{self, Classic};
 use aonet::{AoImage, AoParams, GBuffer, Window};
 use aonet_scene::error::{Error, Result};
 use phenomena::{Breakdown, RadiusClass};
+use rayon::prelude::*;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::time::Instant;
@@ -119,18 +120,20 @@ pub fn evaluate(
         let (foreground, picture) = (gbuffer.foreground(), gbuffer.without_margin());
         let masks = phenomena::masks(&picture, params, &reference);
         let radius = RadiusClass::of(&picture, params);
-        let results = measured.iter_mut().zip(&mut breakdown);
-        for (runner, (results, breakdown)) in runners.iter_mut().zip(results) {
-            let (image, ms) = runner.run(&gbuffer, params)?;
-            for (error, mask) in breakdown.phenomena.iter_mut().zip(&masks) {
-                error.add(&reference, &image, mask);
+        let outputs: Vec<(AoImage, Option<f64>)> =
+            runners.iter_mut().map(|r| r.run(&gbuffer, params)).collect::<Result<_>>()?;
+        // A comparison has one thread: images are compared side by side, when no method is being timed.
+        let compare = |(image, _): &(AoImage, _)| metrics::compare(&reference, image, Some(&foreground));
+        let comparisons: Vec<_> = outputs.par_iter().map(compare).collect();
+        for (i, ((image, ms), comparison)) in outputs.iter().zip(comparisons).enumerate() {
+            for (error, mask) in breakdown[i].phenomena.iter_mut().zip(&masks) {
+                error.add(&reference, image, mask);
             }
             if let Some(class) = radius {
-                breakdown.radii[class as usize].add(&reference, &image, &foreground);
+                breakdown[i].radii[class as usize].add(&reference, image, &foreground);
             }
-            let comparison = metrics::compare(&reference, &image, Some(&foreground))
-                .map_err(Error::in_file(&manifest.path(entry)))?;
-            results.push(Measured { scene: entry.scene.clone(), comparison, ms });
+            let comparison = comparison.map_err(Error::in_file(&manifest.path(entry)))?;
+            measured[i].push(Measured { scene: entry.scene.clone(), comparison, ms: *ms });
         }
         progress(done + 1, entries.len());
     }
