@@ -45,7 +45,7 @@ impl GtaoParams {
     /// Which depths count in a cell of the pyramid, for an AO radius (world units).
     // XeGTAO looks at three quarters of the radius when it builds the pyramid.
     pub(crate) fn pyramid_range(&self, radius: f32) -> Range {
-        Range { reach: 0.75 * radius * self.radius_scale, soft: self.falloff }
+        Range { reach: 0.75 * (radius * self.radius_scale), soft: self.falloff }
     }
 }
 
