@@ -1,5 +1,6 @@
 //! A canvas as a render target.
 
+use aonet::Size;
 use aonet::gpu::{Device, wgpu};
 use aonet_view::renderer::Present;
 use aonet_view::{Error, Result};
@@ -42,9 +43,9 @@ impl Canvas {
         Ok(Self { surface, configuration, present })
     }
 
-    /// Changes the size to the canvas's (px), both sides above 0.
-    pub(crate) fn resize(&mut self, device: &wgpu::Device, (width, height): (u32, u32)) {
-        (self.configuration.width, self.configuration.height) = (width, height);
+    /// Changes the size to that of the canvas.
+    pub(crate) fn resize(&mut self, device: &wgpu::Device, size: Size) {
+        (self.configuration.width, self.configuration.height) = (size.width() as u32, size.height() as u32);
         self.surface.configure(device, &self.configuration);
     }
 

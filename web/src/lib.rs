@@ -5,8 +5,8 @@ mod canvas;
 mod errors;
 mod stage;
 
-use aonet::AoParams;
 use aonet::gpu::Device;
+use aonet::{AoParams, Size};
 use aonet_scene::Scene;
 use aonet_scene::scene::{MissingNormals, colours, gltf, procedural};
 use aonet_scene::trace::Tracer;
@@ -52,7 +52,7 @@ impl Viewer {
         std::panic::set_hook(Box::new(|panic| throw_str(&panic.to_string())));
         let device = Device::request().await.map_err(shown)?;
         let errors = DeviceErrors::of(&device.device);
-        let size = (canvas.width() as usize, canvas.height() as usize);
+        let size = Size::new(canvas.width() as usize, canvas.height() as usize).map_err(shown)?;
         let (mut scene, view) = procedural::demo();
         colours::add_plain(&mut scene);
         let renderer = Renderer::new((&device.device, &device.queue), &scene, size).map_err(shown)?;
@@ -73,8 +73,9 @@ impl Viewer {
     /// # Errors
     /// When a side is 0 or too large for the device.
     pub fn resize(&mut self, width: u32, height: u32) -> Result<(), JsError> {
-        self.renderer.resize((width as usize, height as usize)).map_err(shown)?;
-        self.canvas.resize(&self.device.device, (width, height));
+        let size = Size::new(width as usize, height as usize).map_err(shown)?;
+        self.renderer.resize(size).map_err(shown)?;
+        self.canvas.resize(&self.device.device, size);
         Ok(())
     }
 

@@ -45,37 +45,24 @@ impl Stage {
         Self { orbit, fov_y_deg: FOV_Y_DEG, near: 0.0, far: f32::INFINITY, radius: RADIUS * radius }
     }
 
-    /// The camera for frames of `size` (width, height) (px).
+    /// The camera for frames of `size`.
     ///
     /// # Errors
-    /// When the size is out of range.
-    pub(crate) fn camera(&self, size: (usize, usize)) -> Result<Camera> {
-        self.orbit.camera(self.fov_y_deg.to_radians(), Size::new(size.0, size.1)?, self.near)
+    /// When the orbit or the near plane is out of range.
+    pub(crate) fn camera(&self, size: Size) -> Result<Camera> {
+        self.orbit.camera(self.fov_y_deg.to_radians(), size, self.near)
     }
 
-    /// A view for the command line, with frames of `size` (width, height) (px) and an AO radius (world units).
-    pub(crate) fn view(&self, (width, height): (usize, usize), radius: f32) -> View {
+    /// A view for the command line, with frames of `size` and an AO radius (world units).
+    pub(crate) fn view(&self, size: Size, radius: f32) -> View {
         View {
             eye: self.orbit.eye().to_array(),
             target: self.orbit.target.to_array(),
             up: [0.0, 1.0, 0.0],
             fov_y_deg: self.fov_y_deg,
             ortho_height: None,
-            width,
-            height,
-            near: self.near,
-            far: self.far,
-            radius,
-        },
-        margin: 0.0,
-        separation: None,
-                eye: self.orbit.eye().to_array(),
-            target: self.orbit.target.to_array(),
-            up: [0.0, 1.0, 0.0],
-            fov_y_deg: self.fov_y_deg,
-            ortho_height: None,
-            width,
-            height,
+            width: size.width(),
+            height: size.height(),
             near: self.near,
             far: self.far,
             radius,

@@ -41,7 +41,7 @@ fn allocations(work: impl FnOnce()) -> usize {
 }
 
 fn classic_methods() {
-    let gbuffer = frame((50, 30), 4);
+    let gbuffer = frame(Size::px(50, 30), 4);
     let mut image = AoImage::open(gbuffer.size());
     for (method, threads) in Classic::all().into_iter().flat_map(|method| [(method, 1), (method, 3)]) {
         let options = search::Options { threads, ..search::Options::default() };
@@ -63,7 +63,7 @@ fn main() {
             [(1, Features::normal_depth_normalized()), (4, Features::normal_radius_horizon())]
         {
             let model = model(small(features, patch, kernel), 3);
-            let gbuffer = frame((50, 30), 4);
+            let gbuffer = frame(Size::px(50, 30), 4);
             let mut image = AoImage::open(Size::px(50, 30));
             let mut ranges = Ranges::new();
             let mut session = Session::new(&model, aonet::Size::px(50, 30), 1).unwrap();

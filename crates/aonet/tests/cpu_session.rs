@@ -29,12 +29,12 @@ fn run(model: &Model, gbuffer: &GBuffer, (threads, level): (usize, Level)) -> Ao
 }
 
 /// Compares every level with the oracle.
-fn check(config: ModelConfig, size: (usize, usize)) {
+fn check(config: ModelConfig, size: Size) {
     let what = format!("{config:?} at {size:?}");
     let model = model(config, 1);
     let gbuffer = frame(size, 2);
     let expected = oracle(&model, &gbuffer, params());
-    if size.0 * size.1 >= 64 {
+    if size.pixels() >= 64 {
         assert!(spread(&expected, &gbuffer) > 0.05, "nothing to see: {what}");
     }
     for level in Level::available() {
@@ -59,44 +59,47 @@ fn every_row_of_tables_3_and_4() {
         Features::normal_encoded(),
     ];
     for features in all {
-        check(seeing(features), (70, 33));
+        check(seeing(features), Size::px(70, 33));
     }
     for patch in [1, 4] {
         for kernel in KERNELS {
-            check(ModelConfig { patch, kernel, ..ModelConfig::paper() }, (45, 20));
+            check(ModelConfig { patch, kernel, ..ModelConfig::paper() }, Size::px(45, 20));
         }
     }
-    check(ModelConfig { skips: Skips::None, ..ModelConfig::paper() }, (45, 20));
+    check(ModelConfig { skips: Skips::None, ..ModelConfig::paper() }, Size::px(45, 20));
 }
 
 #[test]
 fn corrections() {
     for patch in [1, 2, 4, 8] {
-        check(ModelConfig { patch, ..ModelConfig::any_radius() }, (70, 33));
+        check(ModelConfig { patch, ..ModelConfig::any_radius() }, Size::px(70, 33));
     }
-    check(ModelConfig { encoder: vec![16, 32], decoder: vec![16], ..ModelConfig::any_radius() }, (1, 1));
+    check(
+        ModelConfig { encoder: vec![16, 32], decoder: vec![16], ..ModelConfig::any_radius() },
+        Size::px(1, 1),
+    );
     let small = ModelConfig { encoder: vec![16, 32], decoder: vec![16], ..ModelConfig::any_radius() };
     for patch in [1, 4] {
         for kernel in [KernelWeights::Linear, KernelWeights::Softmax] {
-            check(ModelConfig { patch, kernel, ..small.clone() }, (45, 20));
+            check(ModelConfig { patch, kernel, ..small.clone() }, Size::px(45, 20));
         }
     }
     // A search that the network corrects and does not see, and one that it sees and does not correct.
-    check(ModelConfig { features: Features::normal(), ..small.clone() }, (45, 20));
-    check(ModelConfig { output: Output::Visibility, ..small }, (45, 20));
+    check(ModelConfig { features: Features::normal(), ..small.clone() }, Size::px(45, 20));
+    check(ModelConfig { output: Output::Visibility, ..small }, Size::px(45, 20));
 }
 
 #[test]
 fn baselines() {
-    check(ModelConfig::deep_shading(), (70, 33));
-    check(ModelConfig::deep_ao(), (45, 20));
+    check(ModelConfig::deep_shading(), Size::px(70, 33));
+    check(ModelConfig::deep_ao(), Size::px(45, 20));
 }
 
 #[test]
 fn every_patch_and_kernel() {
     for patch in [1, 2, 4, 8] {
         for kernel in KERNELS {
-            check(small(Features::normal_projected_radius(), patch, kernel), (75, 21));
+            check(small(Features::normal_projected_radius(), patch, kernel), Size::px(75, 21));
         }
     }
 }
@@ -109,16 +112,27 @@ fn any_depth_and_any_width() {
         (vec![16, 33, 20], vec![50, 31]),
         (vec![3, 4, 5, 6, 7], vec![8, 9, 10, 11]),
     ] {
-        check(ModelConfig { encoder, decoder, ..ModelConfig::paper() }, (40, 40));
+        check(ModelConfig { encoder, decoder, ..ModelConfig::paper() }, Size::px(40, 40));
     }
 }
 
 #[test]
 fn any_size() {
-    for size in [(1, 1), (2, 1), (1, 2), (3, 5), (8, 8), (31, 33), (33, 31), (129, 7), (5, 200), (4001, 17)] {
+    for size in [
+        Size::px(1, 1),
+        Size::px(2, 1),
+        Size::px(1, 2),
+        Size::px(3, 5),
+        Size::px(8, 8),
+        Size::px(31, 33),
+        Size::px(33, 31),
+        Size::px(129, 7),
+        Size::px(5, 200),
+        Size::px(4001, 17),
+    ] {
         check(small(Features::normal_projected_radius(), 4, KernelWeights::Linear), size);
     }
-    for size in [(1, 1), (65, 3)] {
+    for size in [Size::px(1, 1), Size::px(65, 3)] {
         check(small(Features::normal(), 1, KernelWeights::Linear), size);
         check(small(Features::normal(), 8, KernelWeights::Off), size);
     }
@@ -127,7 +141,7 @@ fn any_size() {
 #[test]
 fn an_observer_sees_every_step_in_order_and_changes_nothing() {
     let model = model(small(Features::normal_projected_radius(), 4, KernelWeights::Linear), 1);
-    let gbuffer = frame((50, 30), 2);
+    let gbuffer = frame(Size::px(50, 30), 2);
     let mut session = Session::new(&model, Size::px(50, 30), 2).unwrap();
     let mut image = AoImage::open(Size::px(50, 30));
     let mut seen = Vec::new();
@@ -144,7 +158,7 @@ const PRECISION_TOLERANCE: f64 = 0.01;
 
 #[test]
 fn shipped_networks_say_the_same_in_every_precision() {
-    let gbuffer = frame((300, 170), 2);
+    let gbuffer = frame(Size::px(300, 170), 2);
     for bytes in [aonet::net::shipped::ANY_RADIUS, aonet::net::shipped::PAPER] {
         let model = Model::from_bytes(bytes).unwrap();
         let image = |precision| {
@@ -168,7 +182,7 @@ fn shipped_networks_say_the_same_in_every_precision() {
 #[test]
 fn calibration_measures_what_convolutions_read() {
     let model = model(small(Features::normal(), 4, KernelWeights::Linear), 1);
-    let (first, second) = (frame((90, 50), 1), frame((90, 50), 2));
+    let (first, second) = (frame(Size::px(90, 50), 1), frame(Size::px(90, 50), 2));
     let mut image = AoImage::open(Size::px(90, 50));
     let mut measure = |frames: &[&GBuffer], level| {
         let mut ranges = Ranges::new();
@@ -233,7 +247,7 @@ fn a_precision_without_instructions_or_ranges_is_an_error() {
 #[test]
 fn the_number_of_threads_does_not_matter() {
     let model = model(ModelConfig::any_radius(), 5);
-    let gbuffer = frame((700, 500), 6);
+    let gbuffer = frame(Size::px(700, 500), 6);
     for level in Level::available() {
         let one = run(&model, &gbuffer, (1, level));
         for threads in [2, 3, 64] {
@@ -245,24 +259,24 @@ fn the_number_of_threads_does_not_matter() {
 #[test]
 fn a_shifted_frame_gives_a_shifted_image() {
     // Winograd's squares of 4x4 cells, at stride 8, move as a whole: others round in other places.
-    let (small_size, (dx, dy)) = ((360, 280), (32, 64));
+    let (small_size, (dx, dy)) = (Size::px(360, 280), (32, 64));
     let model = model(small(Features::normal(), 4, KernelWeights::Linear), 7);
-    let large = frame((small_size.0 + dx, small_size.1 + dy), 8);
+    let large = frame(Size::px(small_size.width() + dx, small_size.height() + dy), 8);
     let crop = |x0: usize, y0: usize| {
-        let index = |i: usize| (i / small_size.0 + y0) * large.width() + i % small_size.0 + x0;
-        let pixels = 0..small_size.0 * small_size.1;
+        let index = |i: usize| (i / small_size.width() + y0) * large.width() + i % small_size.width() + x0;
+        let pixels = 0..small_size.pixels();
         let depth = pixels.clone().map(|i| large.depth()[index(i)]).collect::<Vec<_>>();
         let normal = pixels.map(|i| large.normal()[index(i)]).collect::<Vec<_>>();
-        GBuffer::new(camera(small_size.0, small_size.1), depth, normal).unwrap()
+        GBuffer::new(camera(small_size), depth, normal).unwrap()
     };
     let [a, b] = [(0, 0), (dx, dy)].map(|(x, y)| run(&model, &crop(x, y), (2, Level::best())));
     // Two convolutions at stride 8, two up and two down at stride 4, pooling, upsampling and the kernel's
     // window reach less than 64 pixels.
     let border = 64;
     let mut seen = 0;
-    for y in border..small_size.1 - border - dy {
-        for x in border..small_size.0 - border - dx {
-            let at = |image: &AoImage, x: usize, y: usize| image.visibility()[y * small_size.0 + x];
+    for y in border..small_size.height() - border - dy {
+        for x in border..small_size.width() - border - dx {
+            let at = |image: &AoImage, x: usize, y: usize| image.visibility()[y * small_size.width() + x];
             assert_eq!(at(&a, x + dx, y + dy), at(&b, x, y), "({x}, {y})");
             seen += 1;
         }
@@ -273,7 +287,7 @@ fn a_shifted_frame_gives_a_shifted_image() {
 #[test]
 fn a_session_keeps_nothing_of_the_last_frame() {
     let model = model(ModelConfig::paper(), 9);
-    let frames = [frame((90, 50), 10), frame((90, 50), 11)];
+    let frames = [frame(Size::px(90, 50), 10), frame(Size::px(90, 50), 11)];
     let mut session = Session::new(&model, Size::px(90, 50), 2).unwrap();
     let mut image = AoImage::open(Size::px(90, 50));
     for gbuffer in [&frames[0], &frames[1], &frames[0]] {
@@ -290,7 +304,7 @@ fn background_is_open_and_the_rest_is_clamped() {
     let graph = aonet::net::Graph::new(&config).unwrap();
     let weights = aonet::net::Weights::new(&graph, tensors).unwrap();
     let model = Model::new(config, weights, Default::default()).unwrap();
-    let gbuffer = frame((60, 40), 13);
+    let gbuffer = frame(Size::px(60, 40), 13);
     for level in Level::available() {
         let image = run(&model, &gbuffer, (1, level));
         let v = image.visibility();
@@ -305,7 +319,7 @@ fn background_is_open_and_the_rest_is_clamped() {
 fn wrong_sizes_and_no_threads_are_errors() {
     let model = model(small(Features::normal(), 4, KernelWeights::Linear), 14);
     let mut session = Session::new(&model, Size::px(20, 10), 1).unwrap();
-    let (good, bad) = (frame((20, 10), 1), frame((10, 20), 1));
+    let (good, bad) = (frame(Size::px(20, 10), 1), frame(Size::px(10, 20), 1));
     let mut image = AoImage::open(Size::px(20, 10));
     let error = session.run(&bad, params(), &mut image).unwrap_err().to_string();
     assert!(error.contains("20x10") && error.contains("10x20"), "{error}");

@@ -18,7 +18,7 @@ use glam::{Vec2, Vec3, Vec3A};
 /// Largest difference from the oracle, which sees the decoded frame. Depth near the far plane loses digits.
 const TOLERANCE: f32 = 1e-4;
 
-const SIZE: (usize, usize) = (37, 22);
+const SIZE: Size = Size::px(37, 22);
 
 fn network() -> Model {
     model(small(Features::normal_projected_radius(), 4, KernelWeights::Linear), 1)
@@ -26,7 +26,7 @@ fn network() -> Model {
 
 /// A camera somewhere, looking somewhere.
 fn camera(projection: Projection) -> Camera {
-    let camera = Camera::new(projection, Size::px(SIZE.0, SIZE.1)).unwrap().with_near(0.25).unwrap();
+    let camera = Camera::new(projection, SIZE).unwrap().with_near(0.25).unwrap();
     camera.looking_at([3.0, 1.0, -2.0], [0.5, 0.0, 1.0], [0.1, 1.0, 0.2]).unwrap()
 }
 
@@ -91,13 +91,17 @@ fn direction(encoding: NormalEncoding, [x, y, z, _]: [f32; 4]) -> Vec3 {
     }
 }
 
-/// Runs the network on textures and compares with the oracle on `decoded`.
-fn check(
-    device: &Device,
-    options: Options,
-    (normal, depth): (&wgpu::TextureView, &wgpu::TextureView),
-    (decoded, far): (&GBuffer, f32),
-) {
+/// Textures and the frame that they encode.
+struct Encoded<'a> {
+    normal: &'a wgpu::TextureView,
+    depth: &'a wgpu::TextureView,
+    decoded: &'a GBuffer<'a>,
+    far: f32,
+}
+
+/// Runs the network on textures and compares with the oracle on the frame.
+fn check(device: &Device, options: Options, encoded: Encoded<'_>) {
+    let Encoded { normal, depth, decoded, far } = encoded;
     let model = network();
     let options = Options { precision: Precision::F32, output: Format::R32Float, ..options };
     let session = Session::new((&device.device, &device.queue), &model, SIZE, options).unwrap();
@@ -150,7 +154,8 @@ fn normals() {
                 ..Options::default()
             };
             let normal = filled(&device, SIZE, format, &texels);
-            check(&device, options, (&normal, &depth), (&decoded, f32::INFINITY));
+            let far = f32::INFINITY;
+            check(&device, options, Encoded { normal: &normal, depth: &depth, decoded: &decoded, far });
         }
     }
 }
@@ -186,7 +191,7 @@ fn depths() {
                 let normals = gbuffer.normal().to_vec();
                 let decoded = GBuffer::new(camera(projection), gbuffer.depth().to_vec(), normals).unwrap();
                 let options = Options { depth, ..Options::default() };
-                check(&device, options, (&normal, &view), (&decoded, far));
+                check(&device, options, Encoded { normal: &normal, depth: &view, decoded: &decoded, far });
             }
         }
     }
@@ -218,6 +223,7 @@ fn a_depth_texture() {
     let normal =
         filled(&device, SIZE, Format::Rgba32Float, &texels.flat_map(f32::to_le_bytes).collect::<Vec<_>>());
     // near / distance, the near plane being at 0.25.
-    let decoded = GBuffer::new(camera(PERSPECTIVE), vec![2.0; SIZE.0 * SIZE.1], normals).unwrap();
-    check(&device, Options::default(), (&normal, &depth), (&decoded, f32::INFINITY));
+    let decoded = GBuffer::new(camera(PERSPECTIVE), vec![2.0; SIZE.pixels()], normals).unwrap();
+    let far = f32::INFINITY;
+    check(&device, Options::default(), Encoded { normal: &normal, depth: &depth, decoded: &decoded, far });
 }

@@ -4,6 +4,7 @@ mod common;
 #[path = "common/device.rs"]
 mod device;
 
+use aonet::Size;
 use aonet::gpu::wgpu::TextureFormat::R32Float;
 use aonet::gpu::{Describe, Device, Program, Session, Textures};
 use aonet::net::{Features, KernelWeights, Model, shipped};
@@ -12,7 +13,7 @@ use aonet::{AoImage, GBuffer};
 use common::{frame, model, params, small, spread};
 use device::{Inputs, OPTIONS, device, inputs, read, target};
 
-const SIZE: (usize, usize) = (70, 44);
+const SIZE: Size = Size::px(70, 44);
 
 /// One frame through a session.
 fn run<M: Describe>(device: &Device, session: &Session<M>, gbuffer: &GBuffer) -> AoImage {
@@ -84,6 +85,9 @@ fn a_changed_file_is_noticed_and_a_broken_shader_is_an_error() {
         assert!(found.contains("device"), "{from}: {found}");
     }
     let mut fixed = with("\"hbao\"", "\"another name\"").unwrap();
-    assert!(fixed.resize((10, 10)).unwrap_err().to_string().contains("70x44"), "a program has one size");
+    assert!(
+        fixed.resize(Size::px(10, 10)).unwrap_err().to_string().contains("70x44"),
+        "a program has one size"
+    );
     assert!(fixed.sibling(SIZE).is_ok());
 }

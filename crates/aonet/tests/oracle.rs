@@ -43,11 +43,11 @@ fn features_are_those_of_their_definitions() {
 fn frames() -> Vec<GBuffer<'static>> {
     let perspective = Projection::Perspective { fov_y: 1.0 };
     let parallel = Projection::Orthographic { height: 3.0 };
-    let waves = [perspective, parallel].map(|projection| waves_through(projection, (150, 90)));
-    let oblique = waves_through(perspective, (150, 90));
+    let waves = [perspective, parallel].map(|projection| waves_through(projection, Size::px(150, 90)));
+    let oblique = waves_through(perspective, Size::px(150, 90));
     let camera = oblique.camera().with_focal_px([120.0, 90.0]).unwrap().with_centre_px([40.0, 70.0]).unwrap();
     let oblique = GBuffer::new(camera, oblique.depth().to_vec(), oblique.normal().to_vec()).unwrap();
-    waves.into_iter().chain([oblique, frame((70, 33), 3), frame((3, 2), 4)]).collect()
+    waves.into_iter().chain([oblique, frame(Size::px(70, 33), 3), frame(Size::px(3, 2), 4)]).collect()
 }
 
 /// A network that corrects a search by nothing: its image is what the search found.
@@ -73,12 +73,12 @@ fn searches_find_what_their_definition_says() {
     for of in all {
         let model = searching(of);
         for gbuffer in frames() {
-            let size = (gbuffer.width(), gbuffer.height());
+            let size = gbuffer.size();
             let expected = naive::search(&model, &gbuffer, params()).unwrap().values;
             for level in Level::available() {
                 let options = Options { threads: 2, level, precision: Precision::F32 };
                 let mut session = Session::with_options(&model, gbuffer.size(), options).unwrap();
-                let mut found = AoImage::open(Size::px(size.0, size.1));
+                let mut found = AoImage::open(size);
                 session.run(&gbuffer, params(), &mut found).unwrap();
                 let off: Vec<f32> =
                     found.visibility().iter().zip(&expected).map(|(a, b)| (a - b).abs()).collect();

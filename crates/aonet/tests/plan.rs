@@ -1,13 +1,15 @@
 //! Plans of many graphs at many sizes.
 
-use aonet::net::graph::TAPS;
-use aonet::net::plan::{Buffer, Layout, Plan, Resample, Step};
+use aonet::Size;
+use aonet::frame::size::MAX_SIDE;
+use aonet::net::kernel::TAPS;
+use aonet::net::plan::{Buffer, ConvStep, HeadStep, Layout, Lifetime, Plan, Resample, Step};
 use aonet::net::{Features, Graph, KernelWeights, ModelConfig, Output, SearchConfig};
 use aonet::search::AgtaoParams;
 use proptest::prelude::*;
 
-fn plan(config: &ModelConfig, width: usize, height: usize) -> Plan {
-    Plan::new(&Graph::new(config).unwrap(), width, height).unwrap()
+fn plan(config: &ModelConfig, size: Size) -> Plan {
+    Plan::new(&Graph::new(config).unwrap(), size).unwrap()
 }
 
 /// What a step reads.
@@ -16,8 +18,10 @@ fn reads(step: &Step) -> Vec<usize> {
         Step::Search { .. } => vec![],
         Step::Filter { input, .. } => vec![*input],
         Step::Features { search, .. } => search.iter().copied().collect(),
-        Step::Conv { sources, .. } => sources.iter().map(|s| s.buffer).collect(),
-        Step::Head { input, guide, base, .. } => [*input, *guide].into_iter().chain(*base).collect(),
+        Step::Conv(ConvStep { sources, .. }) => sources.iter().map(|s| s.buffer).collect(),
+        Step::Head(HeadStep { input, guide, base, .. }) => {
+            [*input, *guide].into_iter().chain(*base).collect()
+        }
         Step::Image { input } => vec![*input],
     }
 }
@@ -28,8 +32,8 @@ fn writes(step: &Step) -> Option<usize> {
         Step::Search { output, .. }
         | Step::Filter { output, .. }
         | Step::Features { output, .. }
-        | Step::Conv { output, .. } => Some(*output),
-        Step::Head { .. } | Step::Image { .. } => None,
+        | Step::Conv(ConvStep { output, .. }) => Some(*output),
+        Step::Head(_) | Step::Image { .. } => None,
     }
 }
 
@@ -89,17 +93,17 @@ proptest! {
 
     #[test]
     fn the_arena_never_overlaps_what_is_still_read(config in any_config(), width in 1usize..90, height in 1usize..60) {
-        let plan = plan(&config, width, height);
+        let plan = plan(&config, Size::px(width, height));
         prop_assert_eq!(first_overwritten_read(&plan), None);
         prop_assert!(plan.buffers.iter().all(|b| b.range().end <= plan.arena_len));
-        prop_assert_eq!(plan.steps.iter().filter(|s| matches!(s, Step::Head { .. })).count(), 1);
-        prop_assert!(plan.padded.0 >= width && plan.padded.1 >= height);
+        prop_assert_eq!(plan.steps.iter().filter(|s| matches!(s, Step::Head(_))).count(), 1);
+        prop_assert!(plan.padded.width() >= width && plan.padded.height() >= height);
     }
 }
 
 #[test]
 fn an_overlap_would_be_noticed() {
-    let mut plan = plan(&ModelConfig::paper(), 64, 64);
+    let mut plan = plan(&ModelConfig::paper(), Size::px(64, 64));
     assert_eq!(first_overwritten_read(&plan), None);
     plan.buffers[2].offset = plan.buffers[0].offset;
     assert!(first_overwritten_read(&plan).is_some());
@@ -107,20 +111,22 @@ fn an_overlap_would_be_noticed() {
 
 #[test]
 fn the_papers_network_is_features_fourteen_convolutions_and_a_head() {
-    let plan = plan(&ModelConfig::paper(), 1280, 720);
-    assert_eq!(plan.padded, (1280, 736));
+    let plan = plan(&ModelConfig::paper(), Size::px(1280, 720));
+    assert_eq!(plan.padded, Size::px(1280, 736));
     assert_eq!(plan.steps.len(), 16);
     assert!(matches!(plan.steps[0], Step::Features { patch: 4, .. }));
-    assert!(matches!(plan.steps[15], Step::Head { patch: 4, kernel: KernelWeights::Linear, .. }));
+    assert!(matches!(plan.steps[15], Step::Head(HeadStep { patch: 4, kernel: KernelWeights::Linear, .. })));
     let resamples: Vec<_> = plan
         .steps
         .iter()
         .filter_map(|step| match step {
-            Step::Conv { sources, .. } => Some(sources.iter().map(|s| s.resample).collect::<Vec<_>>()),
+            Step::Conv(ConvStep { sources, .. }) => {
+                Some(sources.iter().map(|s| s.resample).collect::<Vec<_>>())
+            }
             Step::Search { .. }
             | Step::Filter { .. }
             | Step::Features { .. }
-            | Step::Head { .. }
+            | Step::Head(_)
             | Step::Image { .. } => None,
         })
         .collect();
@@ -140,32 +146,34 @@ fn the_papers_network_is_features_fourteen_convolutions_and_a_head() {
 
 #[test]
 fn a_search_is_steps_of_its_own() {
-    let plan = plan(&ModelConfig::any_radius(), 1280, 720);
+    let plan = plan(&ModelConfig::any_radius(), Size::px(1280, 720));
     let search = SearchConfig::tuned();
     let Step::Filter { input, output: found, .. } = plan.steps[1] else { panic!("{:?}", plan.steps[1]) };
     assert_eq!(plan.steps[0], Step::Search { search, output: input });
     assert!(matches!(plan.steps[2], Step::Features { search: Some(shown), patch: 4, .. } if shown == found));
     let last = plan.steps.len() - 1;
-    let Step::Head { base, kernel: KernelWeights::Off, .. } = plan.steps[last] else { panic!("no head") };
-    assert_eq!((base, plan.buffers[found].live), (Some(found), (1, last)));
+    let Step::Head(HeadStep { base, kernel: KernelWeights::Off, .. }) = plan.steps[last] else {
+        panic!("no head")
+    };
+    assert_eq!((base, plan.buffers[found].live), (Some(found), Lifetime { first: 1, last }));
     // The frame's size, not the padded one.
-    assert_eq!((plan.padded, plan.buffers[found].len()), ((1280, 768), 1280 * 720));
+    assert_eq!((plan.padded, plan.buffers[found].len()), (Size::px(1280, 768), 1280 * 720));
 }
 
 #[test]
 fn the_arena_has_no_room_for_kernels() {
-    let paper = plan(&ModelConfig::paper(), 1280, 720);
-    let kernels = TAPS * paper.padded.0 * paper.padded.1;
+    let paper = plan(&ModelConfig::paper(), Size::px(1280, 720));
+    let kernels = TAPS * paper.padded.pixels();
     assert!(4 * paper.arena_len < kernels, "{} values for {kernels} kernel weights", paper.arena_len);
-    let full = plan(&ModelConfig { patch: 1, ..ModelConfig::paper() }, 640, 360);
-    let kernels = TAPS * full.padded.0 * full.padded.1;
+    let full = plan(&ModelConfig { patch: 1, ..ModelConfig::paper() }, Size::px(640, 360));
+    let kernels = TAPS * full.padded.pixels();
     assert!(full.buffers.iter().all(|b| b.len() < kernels), "a buffer could hold {kernels} kernel weights");
 }
 
 #[test]
 fn buffers_have_whole_blocks_and_a_halo() {
-    let buffer =
-        Buffer { offset: 5, layout: Layout::Blocked, channels: 17, height: 3, width: 4, live: (0, 0) };
+    let live = Lifetime { first: 0, last: 0 };
+    let buffer = Buffer { offset: 5, layout: Layout::Blocked, channels: 17, height: 3, width: 4, live };
     assert_eq!((buffer.row_len(), buffer.len(), buffer.range()), (32 * 6, 3 * 32 * 6, 5..5 + 3 * 32 * 6));
     assert_eq!(Buffer { layout: Layout::Planar, ..buffer.clone() }.row_len(), 17 * 6);
     assert_eq!(Buffer { layout: Layout::Image, ..buffer }.row_len(), 4);
@@ -173,9 +181,10 @@ fn buffers_have_whole_blocks_and_a_halo() {
 
 #[test]
 fn memory_is_reused_and_traffic_is_counted() {
-    let plan = plan(&ModelConfig::paper(), 1280, 720);
+    let plan = plan(&ModelConfig::paper(), Size::px(1280, 720));
     let all: usize = plan.buffers.iter().map(Buffer::len).sum();
-    let live_at = |step: usize| plan.buffers.iter().filter(move |b| (b.live.0..=b.live.1).contains(&step));
+    let live_at =
+        |step: usize| plan.buffers.iter().filter(move |b| (b.live.first..=b.live.last).contains(&step));
     let needed =
         (0..plan.steps.len()).map(|step| live_at(step).map(Buffer::len).sum::<usize>()).max().unwrap();
     // First fit wastes 16 % here.
@@ -185,11 +194,15 @@ fn memory_is_reused_and_traffic_is_counted() {
 }
 
 #[test]
-fn impossible_sizes_are_refused() {
-    let graph = Graph::new(&ModelConfig::paper()).unwrap();
+fn impossible_sizes_are_refused_and_the_largest_have_plans() {
     for (width, height) in [(0, 4), (4, 0), (40_000, 4)] {
-        assert!(
-            Plan::new(&graph, width, height).unwrap_err().to_string().contains(&format!("{width}x{height}"))
-        );
+        let error = Size::new(width, height).unwrap_err().to_string();
+        assert!(error.contains(&format!("{width}x{height}")), "{error}");
+    }
+    for config in [ModelConfig::paper(), ModelConfig::any_radius(), ModelConfig::deep_shading()] {
+        let plan = plan(&config, Size::px(MAX_SIDE - 1, 1));
+        assert_eq!(plan.padded.width(), MAX_SIDE);
+        let full = Plan::new(&Graph::new(&config).unwrap(), Size::px(MAX_SIDE, MAX_SIDE)).unwrap();
+        assert!(full.arena_len >= MAX_SIDE * MAX_SIDE);
     }
 }

@@ -4,7 +4,7 @@ use crate::output;
 use anyhow::{Context, Result, bail};
 use aonet::net::{Graph, Model, ModelConfig, TrainingFacts, Weights, shipped};
 use aonet::search::Classic;
-use aonet::{AoImage, AoParams};
+use aonet::{AoImage, AoParams, Size};
 use aonet_lab::preset::Preset;
 use aonet_scene::backend::Rays;
 use aonet_scene::gbuffer::Surface;
@@ -92,7 +92,7 @@ pub(crate) struct StageArgs {
 impl StageArgs {
     /// The scene with its camera.
     pub(crate) fn load(&self) -> Result<(Tracer, View)> {
-        let size = (self.width.unwrap_or(1280), self.height.unwrap_or(720));
+        let size = Size::new(self.width.unwrap_or(1280), self.height.unwrap_or(720))?;
         let resized = |mut view: View| -> Result<View> {
             view.width = self.width.unwrap_or(view.width);
             view.height = self.height.unwrap_or(view.height);

@@ -204,8 +204,11 @@ fn of_model(model: &Model, sigmas: &[f64], samples: &[Sample]) -> Sensitivity {
     let still: Vec<Planes> = samples.par_iter().map(|s| naive::evaluate(model, &s.inputs)).collect();
     let jobs: Vec<(usize, usize)> =
         (0..sigmas.len()).flat_map(|c| (0..samples.len()).map(move |s| (c, s))).collect();
-    let changes: Vec<f64> =
-        jobs.par_iter().map(|&(c, s)| change(model, (&samples[s], s), &still[s], (c, sigmas[c]))).collect();
+    let changes: Vec<f64> = {
+        let noise = |&(channel, crop): &(usize, usize)| Noise { channel, sigma: sigmas[channel], crop };
+        let change = |noise: Noise| change(model, &samples[noise.crop], &still[noise.crop], noise);
+        jobs.par_iter().map(|job| change(noise(job))).collect()
+    };
     let pixels = samples.iter().flat_map(|s| &s.counted).filter(|c| **c).count();
     let absolute = |c: usize| -> f64 {
         let sum: f64 = changes[c * samples.len()..][..samples.len()].iter().sum();
@@ -226,9 +229,20 @@ fn of_model(model: &Model, sigmas: &[f64], samples: &[Sample]) -> Sensitivity {
     Sensitivity { channels, crops: samples.len(), pixels }
 }
 
-/// Sum over the counted pixels of the absolute change of the output when channel `c` is noisy.
-fn change(model: &Model, (sample, k): (&Sample, usize), still: &Planes, (c, sigma): (usize, f64)) -> f64 {
-    let mut random = Random::of_frame(SEED, &format!("channel {c}"), k as u32);
+/// Noise on one channel of one crop.
+#[derive(Debug, Clone, Copy)]
+struct Noise {
+    channel: usize,
+    /// Standard deviation of the channel.
+    sigma: f64,
+    /// Number of the crop.
+    crop: usize,
+}
+
+/// Sum over the counted pixels of the absolute change of the output when a channel is noisy.
+fn change(model: &Model, sample: &Sample, still: &Planes, noise: Noise) -> f64 {
+    let Noise { channel: c, sigma, crop } = noise;
+    let mut random = Random::of_frame(SEED, &format!("channel {c}"), crop as u32);
     let mut inputs = sample.inputs.clone();
     let plane = &mut inputs.features.values[c * sample.counted.len()..][..sample.counted.len()];
     for (value, _) in plane.iter_mut().zip(&sample.counted).filter(|(_, counted)| **counted) {

@@ -172,6 +172,7 @@ impl Scale {
 mod tests {
     use super::*;
     use crate::dataset::{Counts, tiny};
+    use aonet::Size;
     use aonet_scene::staging::SceneSplit;
 
     #[test]
@@ -193,7 +194,7 @@ mod tests {
         let dir = tempfile::tempdir().unwrap();
         let frames = Counts { train: 2, val: 0, val_seen: 0, test: 1 };
         let splits = [SceneSplit::Train, SceneSplit::Test];
-        let manifest = tiny::make(dir.path(), tiny::params((64, 36), 32, frames), &splits);
+        let manifest = tiny::make(dir.path(), tiny::params(Size::px(64, 36), 32, frames), &splits);
         let method = Classic::named("gtao").unwrap();
         let search = Search { frames: 2, trials: 24, seed: 5 };
         let tuned = tune(&manifest, method, search, &|_, _| ()).unwrap();

@@ -8,7 +8,7 @@ mod common;
 
 use aonet::net::cpu::Session;
 use aonet::net::{Channel, Features, KernelWeights, Model, ModelConfig, Output, shipped};
-use aonet::{AoImage, GBuffer};
+use aonet::{AoImage, GBuffer, Size};
 use aonet_lab::onnx::{Extent, Form, export, inputs, npy};
 use common::{frame, model, params, seeing, small, spread};
 use std::collections::BTreeMap;
@@ -28,8 +28,8 @@ struct Case {
 
 fn write_case(folder: &Path, model: &Model, (name, form, extent): (String, Form, Extent)) -> Case {
     let size = match extent {
-        Extent::Dynamic => (75, 41),
-        Extent::Fixed { width, height } => (width, height),
+        Extent::Dynamic => Size::px(75, 41),
+        Extent::Fixed { width, height } => Size::px(width, height),
     };
     let gbuffer = frame(size, 2);
     let mut expected = AoImage::open(gbuffer.size());

@@ -89,6 +89,14 @@ impl View {
         Ok(view)
     }
 
+    /// The size of the image.
+    ///
+    /// # Errors
+    /// When a side is out of range.
+    pub fn size(&self) -> aonet::Result<Size> {
+        Size::new(self.width, self.height)
+    }
+
     /// The camera.
     ///
     /// # Errors
@@ -105,7 +113,7 @@ impl View {
             Some(height) => Projection::Orthographic { height },
             None => Projection::Perspective { fov_y: self.fov_y_deg.to_radians() },
         };
-        let camera = Camera::new(projection, Size::new(self.width, self.height)?)?;
+        let camera = Camera::new(projection, self.size()?)?;
         camera.with_near(self.near)?.looking_at(self.eye, self.target, self.up)
     }
 

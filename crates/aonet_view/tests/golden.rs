@@ -2,13 +2,14 @@
 
 mod common;
 
+use aonet::Size;
 use aonet_view::renderer::readback;
 use aonet_view::{FrameParams, Method, Show};
 use common::{demo, device, draw, frame, renderer};
 use image::{Rgb, RgbImage};
 use std::path::{Path, PathBuf};
 
-const SIZE: (usize, usize) = (192, 108);
+const SIZE: Size = Size::px(192, 108);
 
 /// Steps of 255 that a channel may differ by on every pixel. guess: rounding of another device's arithmetic.
 const STEP: u8 = 3;

@@ -2,8 +2,8 @@
 
 mod common;
 
-use aonet::GBuffer;
 use aonet::gpu::Device;
+use aonet::{GBuffer, Size};
 use aonet_scene::gbuffer::{self, Surface};
 use aonet_scene::scene::procedural::Kind;
 use aonet_scene::trace::Tracer;
@@ -37,7 +37,7 @@ fn strays(drawn: &Drawn, cast: &Surface) -> usize {
 }
 
 fn drawn(device: &Device, scene: &Scene, view: &View) -> Drawn {
-    let mut renderer = renderer(device, scene, (view.width, view.height));
+    let mut renderer = renderer(device, scene, view.size().unwrap());
     let frame = FrameParams { methods: [Method::Off; 2], ..frame(view) };
     draw(device, &mut renderer, &frame);
     readback::drawn(&renderer, &frame.camera).unwrap()
@@ -56,7 +56,7 @@ fn check(device: &Device, tracer: &Tracer, view: &View) {
 fn procedural_scenes() {
     let Some(device) = device() else { return };
     for kind in [Kind::FurnishedRoom, Kind::Street, Kind::Machine, Kind::Drapes, Kind::Terrain] {
-        let (tracer, view) = proposed(kind, (197, 131));
+        let (tracer, view) = proposed(kind, Size::px(197, 131));
         check(&device, &tracer, &view);
     }
 }
@@ -64,7 +64,7 @@ fn procedural_scenes() {
 #[test]
 fn planes_and_parallel_rays() {
     let Some(device) = device() else { return };
-    let (tracer, view) = proposed(Kind::Hall, (160, 90));
+    let (tracer, view) = proposed(Kind::Hall, Size::px(160, 90));
     let cast = gbuffer::render(&tracer, &view).unwrap();
     let mut depths: Vec<_> = cast.gbuffer.depth().iter().copied().filter(|d| d.is_finite()).collect();
     depths.sort_by(f32::total_cmp);
@@ -107,7 +107,7 @@ fn view_of_origin() -> View {
 
 #[test]
 fn strays_are_found() {
-    let (tracer, view) = proposed(Kind::Hall, (40, 30));
+    let (tracer, view) = proposed(Kind::Hall, Size::px(40, 30));
     let cast = gbuffer::render(&tracer, &view).unwrap();
     let same = Drawn { gbuffer: cast.gbuffer.clone(), geo_normal: cast.geo_normal.clone() };
     assert_eq!(strays(&same, &cast), 0);

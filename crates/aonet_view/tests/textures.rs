@@ -2,6 +2,7 @@
 
 mod common;
 
+use aonet::Size;
 use aonet::gpu::Device;
 use aonet_scene::scene::{DEFAULT_ALBEDO, MissingNormals, gltf};
 use aonet_scene::{Scene, View};
@@ -66,12 +67,12 @@ fn square(image: &[u8], uv: [f32; 2], other: Value) -> Scene {
 
 /// The reflectance of a scene, seen along -Z by parallel rays that the square fills with `side` x `side` pixels.
 fn albedo(device: &Device, scene: &Scene, side: usize) -> (RgbImage, Renderer) {
-    let mut renderer = renderer(device, scene, (side, side));
+    let mut renderer = renderer(device, scene, Size::px(side, side));
     (drawn(device, &mut renderer), renderer)
 }
 
 fn drawn(device: &Device, renderer: &mut Renderer) -> RgbImage {
-    let (side, _) = renderer.size();
+    let side = renderer.size().width();
     let view = json!({"eye": [0, 0, 3], "target": [0, 0, 0], "width": side, "height": side, "ortho_height": 2, "radius": 1});
     let view: View = serde_json::from_value(view).unwrap();
     draw(device, renderer, &FrameParams { methods: [Method::Off; 2], ..frame(&view) });

@@ -7,7 +7,7 @@ use std::fmt;
 pub const MAX_SIDE: usize = 32_768;
 
 /// Width and height of an image (px), each in `1..=`[`MAX_SIDE`].
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Size {
     width: usize,
     height: usize,

@@ -1,5 +1,6 @@
 //! The AO texture: a render pass, because few formats of one channel can be written by other shaders.
 
+use crate::frame::size::Size;
 use crate::gpu::program::{Binding, BufferId, Dispatches, Draw};
 use crate::gpu::shader::Shader;
 use crate::gpu::surface::Surface;
@@ -20,7 +21,7 @@ pub(crate) struct Image {
     /// Side of a patch (px).
     pub(crate) patch: usize,
     /// Columns and rows of patches.
-    pub(crate) cells: (usize, usize),
+    pub(crate) cells: Size,
     /// The visibility that the values are added to.
     pub(crate) base: Option<BufferId>,
 }
@@ -31,7 +32,7 @@ impl Image {
         let (Raw::Pixels(raw) | Raw::FirstChannel(raw)) = self.raw;
         let blocked = matches!(self.raw, Raw::FirstChannel(_));
         let shader = shader(surface, self.patch, [self.base.is_some(), blocked]);
-        let cells = list.uniform("image", &[self.cells.0, self.cells.1]);
+        let cells = list.uniform("image", &[self.cells.width(), self.cells.height()]);
         // Without a base something has to be bound in its place.
         let base = self.base.unwrap_or(raw);
         let bindings = vec![Binding::Uniform(cells), Binding::Read(raw), Binding::Read(base)];

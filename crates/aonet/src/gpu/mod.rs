@@ -5,6 +5,7 @@
 
 pub(crate) mod image;
 pub(crate) mod matrices;
+pub(crate) mod matrix_shader;
 pub(crate) mod options;
 pub mod program;
 pub(crate) mod shader;
@@ -28,10 +29,12 @@ pub use wgpu_30::bind;
 pub use wgpu_30::chain::Timestamps;
 #[cfg(feature = "gpu")]
 pub use wgpu_30::cover::{cleared, cover_pipeline};
+#[cfg(feature = "gpu")]
+pub use wgpu_30::device::Device;
 #[cfg(all(feature = "gpu", not(target_arch = "wasm32")))]
 pub use wgpu_30::device::wait;
 #[cfg(feature = "gpu")]
-pub use wgpu_30::device::{Device, scoped};
+pub use wgpu_30::errors::scoped;
 #[cfg(all(feature = "gpu", not(target_arch = "wasm32")))]
 pub use wgpu_30::offscreen::Offscreen;
 #[cfg(feature = "gpu")]

@@ -54,18 +54,18 @@ impl Bytes {
     }
 }
 
-/// That struct for frames of a size (width, height) (px) with a guard band of `margin` inside.
+/// That struct for frames of `size`, of which `margin` is the guard band.
 ///
 /// # Errors
 /// When the camera is of another size or out of range, or the planes are.
 pub(crate) fn frame_bytes(
     textures: TextureEncoding,
-    (width, height): (usize, usize),
+    size: Size,
     margin: Margin,
     frame: &Frame,
 ) -> Result<[u8; FRAME_BYTES]> {
     let (camera, radius) = (frame.camera, frame.params.radius());
-    Size::new(width, height)?.expect("camera of a frame", camera.size())?;
+    size.expect("camera of a frame", camera.size())?;
     let view_from_normals = match textures.normal_space {
         NormalSpace::View => Mat3A::IDENTITY,
         NormalSpace::World => camera.view_from_world().matrix3,

@@ -1,25 +1,12 @@
-//! A network as a list of operations in SSA order. Topology and shapes are computed here and nowhere else.
+//! A network as a list of operations in SSA order. Shapes are computed here and nowhere else; `arch` builds the topology.
 
-use crate::error::Result;
-use crate::net::arch;
 #[cfg(test)]
 use crate::net::config::Channel;
-use crate::net::config::{Arch, Features, KernelWeights, ModelConfig, SearchConfig};
+use crate::net::config::{Features, KernelWeights, ModelConfig, SearchConfig};
+use crate::net::kernel::TAPS;
 
 /// Index of a [`Node`] and of the tensor that it produces.
 pub type ValueId = usize;
-
-/// Side of the kernel window (px). AO-Net §3.3.
-pub const WINDOW: usize = 4;
-
-/// Offset of the first tap from the pixel (px): a 4x4 window has no centre, ours covers -1..=2.
-pub const FIRST_TAP: isize = -1;
-
-/// Number of channels that kernels weigh: the normal.
-pub const GUIDE_CHANNELS: usize = 3;
-
-/// Kernel weights per pixel.
-pub const TAPS: usize = WINDOW * WINDOW * GUIDE_CHANNELS;
 
 /// Slope of LeakyReLU below zero.
 pub const LEAKY_SLOPE: f32 = 0.01;
@@ -168,19 +155,6 @@ pub(crate) enum Init {
 }
 
 impl Graph {
-    /// The graph of a configuration.
-    ///
-    /// # Errors
-    /// When the configuration is out of range.
-    pub fn new(config: &ModelConfig) -> Result<Self> {
-        let config = config.clone().checked()?;
-        Ok(match config.arch {
-            Arch::AoNet => arch::ao_net::build(&config),
-            Arch::DeepShading => arch::deep_shading::build(&config),
-            Arch::DeepAo => arch::deep_ao::build(&config),
-        })
-    }
-
     /// A graph that holds what networks read, for `arch`: the search, if there is one, and the features.
     pub(crate) fn begin(config: &ModelConfig) -> (Self, Inputs) {
         let mut graph = Self { nodes: Vec::new(), init: Init::He };
@@ -274,114 +248,5 @@ impl Graph {
             | Op::Correct { .. }
             | Op::Concat { .. } => 0.0,
         }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::net::config::{Axis, Output};
-    use crate::search::AgtaoParams;
-
-    #[test]
-    fn the_papers_network_has_the_sizes_worked_out_by_hand() {
-        let graph = Graph::new(&ModelConfig::paper()).unwrap();
-        assert_eq!(graph.alignment(), 32);
-        let last = &graph.nodes()[graph.output()];
-        assert_eq!((last.channels, last.stride), (1, 1));
-        let conv = |i: usize, o: usize| i * o * 9 + o;
-        let expected = conv(48, 32)
-            + conv(32, 32)
-            + conv(32, 48)
-            + conv(48, 48)
-            + conv(48, 64)
-            + conv(64, 64)
-            + conv(64, 96)
-            + conv(96, 96)
-            + conv(160, 64)
-            + conv(64, 64)
-            + conv(112, 48)
-            + conv(48, 48)
-            + conv(80, 32)
-            + conv(32, 32)
-            + 32 * 768
-            + 768;
-        assert_eq!(graph.params_count(), expected);
-        assert!(graph.params_count() * 2 < 1_500_000, "half floats must stay under the paper's 1.5 MB");
-    }
-
-    #[test]
-    fn all_four_rows_of_table_4_are_configs() {
-        for patch in [1, 4] {
-            for kernel in [KernelWeights::Off, KernelWeights::Linear, KernelWeights::Softmax] {
-                let config = ModelConfig { patch, kernel, ..ModelConfig::paper() };
-                let graph = Graph::new(&config).unwrap();
-                let last = &graph.nodes()[graph.output()];
-                assert_eq!((last.channels, last.stride), (1, 1), "{config:?}");
-            }
-        }
-    }
-
-    #[test]
-    fn the_baselines_have_their_published_sizes() {
-        let of = |config| Graph::new(&config).unwrap();
-        let (deep_shading, deep_ao) = (of(ModelConfig::deep_shading()), of(ModelConfig::deep_ao()));
-        assert_eq!((deep_shading.params_count(), deep_ao.params_count()), (71_089, 45_405));
-        assert_eq!(deep_shading.macs_per_pixel().round(), 2_547.0);
-        assert_eq!(deep_ao.macs_per_pixel().round(), 3_532.0);
-    }
-
-    #[test]
-    fn ours_costs_less_than_the_papers() {
-        let [ours, paper] =
-            [ModelConfig::any_radius(), ModelConfig::paper()].map(|c| Graph::new(&c).unwrap());
-        assert!(ours.params_count() < paper.params_count() && ours.macs_per_pixel() < paper.macs_per_pixel());
-    }
-
-    #[test]
-    fn parameter_names_are_unique() {
-        let params = Graph::new(&ModelConfig::any_radius()).unwrap().params();
-        let names: std::collections::BTreeSet<_> = params.iter().map(|p| &p.name).collect();
-        assert_eq!(names.len(), params.len());
-    }
-
-    #[test]
-    fn bad_configs_are_refused_by_field() {
-        let error = |c: ModelConfig| Graph::new(&c).unwrap_err().to_string();
-        assert!(error(ModelConfig { patch: 3, ..ModelConfig::paper() }).contains("patch"));
-        assert!(error(ModelConfig { encoder: vec![], ..ModelConfig::paper() }).contains("encoder"));
-        assert!(error(ModelConfig { decoder: vec![8], ..ModelConfig::paper() }).contains("decoder"));
-        assert!(
-            error(ModelConfig { encoder: vec![32, 48, 64, 0], ..ModelConfig::paper() }).contains("widths")
-        );
-        let paper = ModelConfig::paper;
-        assert!(error(ModelConfig { output: Output::Correction, ..paper() }).contains("search"));
-        assert!(error(ModelConfig { search: Some(SearchConfig::tuned()), ..paper() }).contains("search"));
-        let shown = Features::normal().with(Channel::HorizonOcclusion);
-        assert!(error(ModelConfig { features: shown, ..paper() }).contains("search"));
-        let bad = SearchConfig::Agtao(AgtaoParams { power: f32::NAN, ..AgtaoParams::default() });
-        assert!(error(ModelConfig { search: Some(bad), ..ModelConfig::any_radius() }).contains("power"));
-        for channels in [vec![], vec![Channel::Depth], vec![Channel::Normal(Axis::X)]] {
-            assert!(error(ModelConfig { features: Features::new(channels), ..paper() }).contains("features"));
-        }
-        let twice = Features::normal_depth().with(Channel::Depth);
-        assert!(error(ModelConfig { features: twice, ..paper() }).contains("once"));
-    }
-
-    #[test]
-    fn searches_feed_what_reads_them() {
-        let both = Graph::new(&ModelConfig::any_radius()).unwrap();
-        let search = Op::Search { search: SearchConfig::tuned() };
-        assert_eq!(both.nodes()[0], Node { op: search, channels: 1, stride: 1 });
-        assert!(matches!(both.nodes()[1].op, Op::Input { search: Some(0), .. }));
-        assert!(matches!(both.nodes()[both.output()].op, Op::Correct { search: 0, .. }));
-        let unseen = ModelConfig { features: Features::normal(), ..ModelConfig::any_radius() };
-        assert!(matches!(Graph::new(&unseen).unwrap().nodes()[1].op, Op::Input { search: None, .. }));
-        let kernels = ModelConfig { kernel: KernelWeights::Linear, ..ModelConfig::any_radius() };
-        let kernels = Graph::new(&kernels).unwrap();
-        let Op::Correct { correction, .. } = kernels.nodes()[kernels.output()].op else {
-            panic!("no correction")
-        };
-        assert!(matches!(kernels.nodes()[correction].op, Op::KernelPredict { .. }));
     }
 }

@@ -9,6 +9,7 @@ pub mod cpu;
 pub mod features;
 pub mod gpu;
 pub mod graph;
+pub mod kernel;
 pub mod model;
 pub mod naive;
 pub mod plan;

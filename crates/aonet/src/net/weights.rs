@@ -2,7 +2,8 @@
 
 use crate::error::{Error, Result};
 use crate::net::config::KernelWeights;
-use crate::net::graph::{GUIDE_CHANNELS, Graph, Init, Op, ParamSpec, ValueId, WINDOW};
+use crate::net::graph::{Graph, Init, Op, ParamSpec, ValueId};
+use crate::net::kernel::{GUIDE_CHANNELS, WINDOW};
 use crate::random::SplitMix64;
 use std::collections::BTreeMap;
 

@@ -2,6 +2,7 @@
 //! `AONET_REQUIRE_GPU=1` it fails.
 #![allow(dead_code, reason = "each test program uses some of it")]
 
+use aonet::gpu::bind::extent;
 use aonet::gpu::{
     DepthEncoding, Device, Frame, Kernels, NormalEncoding, NormalSpace, Options, Precision, wgpu,
 };
@@ -27,7 +28,7 @@ pub(crate) struct Inputs {
 }
 
 pub(crate) fn inputs(device: &Device, gbuffer: &GBuffer, params: AoParams) -> Inputs {
-    let size = (gbuffer.width(), gbuffer.height());
+    let size = gbuffer.size();
     let texels = gbuffer.normal().iter().flat_map(|n| [n[0], n[1], n[2], 0.0]);
     let normals: Vec<_> = texels.flat_map(f32::to_le_bytes).collect();
     let depths: Vec<_> = gbuffer.depth().iter().flat_map(|d| d.to_le_bytes()).collect();
@@ -51,13 +52,13 @@ pub(crate) const OPTIONS: Options = Options {
 /// A texture of a format that can be written, rendered to where the format allows it, and read back.
 pub(crate) fn texture(
     device: &Device,
-    (width, height): (usize, usize),
+    size: Size,
     format: wgpu::TextureFormat,
     usage: wgpu::TextureUsages,
 ) -> wgpu::Texture {
     device.device.create_texture(&wgpu::TextureDescriptor {
         label: None,
-        size: extent((width, height)),
+        size: extent(size),
         mip_level_count: 1,
         sample_count: 1,
         dimension: wgpu::TextureDimension::D2,
@@ -70,7 +71,7 @@ pub(crate) fn texture(
 /// A texture that shaders read, with these texels.
 pub(crate) fn filled(
     device: &Device,
-    size: (usize, usize),
+    size: Size,
     format: wgpu::TextureFormat,
     texels: &[u8],
 ) -> wgpu::TextureView {
@@ -78,7 +79,7 @@ pub(crate) fn filled(
     let texture = texture(device, size, format, usage);
     let layout = wgpu::TexelCopyBufferLayout {
         offset: 0,
-        bytes_per_row: Some((texels.len() / size.1) as u32),
+        bytes_per_row: Some((texels.len() / size.height()) as u32),
         rows_per_image: None,
     };
     device.queue.write_texture(texture.as_image_copy(), texels, layout, extent(size));
@@ -86,11 +87,7 @@ pub(crate) fn filled(
 }
 
 /// A texture that a session writes.
-pub(crate) fn target(
-    device: &Device,
-    size: (usize, usize),
-    format: wgpu::TextureFormat,
-) -> wgpu::TextureView {
+pub(crate) fn target(device: &Device, size: Size, format: wgpu::TextureFormat) -> wgpu::TextureView {
     let usage = wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC;
     texture(device, size, format, usage).create_view(&Default::default())
 }
@@ -98,12 +95,12 @@ pub(crate) fn target(
 /// Submits what was encoded and reads a target back.
 pub(crate) fn read(device: &Device, encoder: wgpu::CommandEncoder, target: &wgpu::TextureView) -> AoImage {
     let (texture, mut encoder) = (target.texture(), encoder);
-    let (width, height) = (texture.width() as usize, texture.height() as usize);
+    let size = Size::px(texture.width() as usize, texture.height() as usize);
     let texel_bytes = texture.format().block_copy_size(None).unwrap() as usize;
-    let row_bytes = (width * texel_bytes).next_multiple_of(256);
+    let row_bytes = (size.width() * texel_bytes).next_multiple_of(256);
     let back = device.device.create_buffer(&wgpu::BufferDescriptor {
         label: None,
-        size: (row_bytes * height) as u64,
+        size: (row_bytes * size.height()) as u64,
         usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
         mapped_at_creation: false,
     });
@@ -113,22 +110,25 @@ pub(crate) fn read(device: &Device, encoder: wgpu::CommandEncoder, target: &wgpu
         rows_per_image: None,
     };
     let to = wgpu::TexelCopyBufferInfo { buffer: &back, layout };
-    encoder.copy_texture_to_buffer(texture.as_image_copy(), to, extent((width, height)));
+    encoder.copy_texture_to_buffer(texture.as_image_copy(), to, extent(size));
     device.queue.submit([encoder.finish()]);
     back.map_async(wgpu::MapMode::Read, .., Result::unwrap);
     device.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
     let bytes = back.get_mapped_range(..).unwrap();
-    let values =
-        bytes.chunks_exact(row_bytes).flat_map(|row| row[..width * texel_bytes].chunks_exact(texel_bytes));
+    let values = bytes
+        .chunks_exact(row_bytes)
+        .flat_map(|row| row[..size.width() * texel_bytes].chunks_exact(texel_bytes));
     let value = |texel: &[u8]| match *texel {
         [v] => f32::from(v) / 255.0,
         [a, b] => half::f16::from_le_bytes([a, b]).to_f32(),
         [a, b, c, d] => f32::from_le_bytes([a, b, c, d]),
         _ => panic!("one channel"),
     };
-    AoImage::new(Size::px(width, height), values.map(value).collect()).unwrap()
+    AoImage::new(size, values.map(value).collect()).unwrap()
 }
 
-fn extent((width, height): (usize, usize)) -> wgpu::Extent3d {
-    wgpu::Extent3d { width: width as u32, height: height as u32, depth_or_array_layers: 1 }
+/// A size that is too large for the textures of the device, unless the device has textures of every size.
+pub(crate) fn too_large(device: &Device) -> Option<Size> {
+    let most = device.device.limits().max_texture_dimension_2d as usize;
+    Size::new(most + 1, 1).ok()
 }

@@ -26,9 +26,9 @@ impl Random {
 }
 
 /// A frame of random depths and normals; one pixel in five is background.
-pub(crate) fn frame((width, height): (usize, usize), seed: u64) -> GBuffer<'static> {
+pub(crate) fn frame(size: Size, seed: u64) -> GBuffer<'static> {
     let mut random = Random::new(seed);
-    let pixels = width * height;
+    let pixels = size.pixels();
     let mut depth = Vec::with_capacity(pixels);
     let mut normal = Vec::with_capacity(pixels);
     for _ in 0..pixels {
@@ -38,17 +38,17 @@ pub(crate) fn frame((width, height): (usize, usize), seed: u64) -> GBuffer<'stat
         let length = n.iter().map(|c| c * c).sum::<f32>().sqrt();
         normal.push(n.map(|c| c / length));
     }
-    GBuffer::new(camera(width, height), depth, normal).unwrap()
+    GBuffer::new(camera(size), depth, normal).unwrap()
 }
 
 /// A curved surface that occludes itself, with a hole.
-pub(crate) fn waves(size: (usize, usize)) -> GBuffer<'static> {
+pub(crate) fn waves(size: Size) -> GBuffer<'static> {
     waves_through(Projection::Perspective { fov_y: 1.0 }, size)
 }
 
 /// The same through another lens.
-pub(crate) fn waves_through(projection: Projection, (width, height): (usize, usize)) -> GBuffer<'static> {
-    waves_seen_by(Camera::new(projection, Size::px(width, height)).unwrap())
+pub(crate) fn waves_through(projection: Projection, size: Size) -> GBuffer<'static> {
+    waves_seen_by(Camera::new(projection, size).unwrap())
 }
 
 /// The same seen by any camera at the origin.
@@ -68,9 +68,9 @@ pub(crate) fn waves_seen_by(camera: Camera) -> GBuffer<'static> {
 }
 
 /// A camera at the origin that sees a tenth of a radian: every normal that leans forward faces it.
-pub(crate) fn camera(width: usize, height: usize) -> Camera {
-    let fov_y = 0.1 * height as f32 / width.max(height) as f32;
-    Camera::perspective(fov_y, Size::px(width, height)).unwrap()
+pub(crate) fn camera(size: Size) -> Camera {
+    let fov_y = 0.1 * size.height() as f32 / size.width().max(size.height()) as f32;
+    Camera::perspective(fov_y, size).unwrap()
 }
 
 /// A model with random weights and biases, whose outputs lie around the middle of [0, 1].

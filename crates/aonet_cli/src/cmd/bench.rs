@@ -9,6 +9,7 @@ mod table;
 use crate::device::{Device, PrecisionArg};
 use crate::{output, setup};
 use anyhow::{Context, Result};
+use aonet::Size;
 use aonet::net::cpu::{self, Options};
 use aonet::simd::Level;
 use aonet_lab::timing;
@@ -16,7 +17,13 @@ use clap::Parser;
 use std::path::PathBuf;
 
 /// Sizes of the paper's Table 2, and of common screens.
-const SIZES: [(usize, usize); 5] = [(540, 540), (1280, 720), (2048, 1024), (1920, 1080), (3840, 2160)];
+const SIZES: [Size; 5] = [
+    Size::px(540, 540),
+    Size::px(1280, 720),
+    Size::px(2048, 1024),
+    Size::px(1920, 1080),
+    Size::px(3840, 2160),
+];
 
 /// Time methods: features, network and clamping of a frame whose buffers are in memory, or whose textures are on the device.
 ///
@@ -51,7 +58,7 @@ pub(crate) struct Args {
     /// Image size; may be repeated [default: 1280x720, 1920x1080, 3840x2160; on the CPU the paper's 540x540 and 2048x1024 as
     /// well].
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
-    size: Vec<(usize, usize)>,
+    size: Vec<Size>,
     /// Threads; may be repeated [default: 1 and all cores].
     #[arg(long)]
     threads: Vec<usize>,
@@ -77,12 +84,10 @@ pub(crate) struct Args {
 }
 
 /// A size (px) from `WxH`.
-pub(crate) fn parse_size(text: &str) -> Result<(usize, usize)> {
+pub(crate) fn parse_size(text: &str) -> Result<Size> {
     let (width, height) =
         text.split_once('x').ok_or_else(|| anyhow::anyhow!("expected WxH, such as 1280x720"))?;
-    let size = (width.parse()?, height.parse()?);
-    aonet::Size::new(size.0, size.1).context("--size")?;
-    Ok(size)
+    Size::new(width.parse()?, height.parse()?).context("--size")
 }
 
 /// Runs the command.
@@ -98,7 +103,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
 }
 
 impl Args {
-    fn sizes(&self) -> Vec<(usize, usize)> {
+    fn sizes(&self) -> Vec<Size> {
         if self.size.is_empty() { SIZES.to_vec() } else { self.size.clone() }
     }
 
@@ -141,6 +146,6 @@ fn machine() -> String {
 }
 
 /// Reports on stderr what is measured now: a table of all methods takes minutes.
-fn progress(name: &str, (width, height): (usize, usize), options: Options) {
-    output::note(&format!("{name} {width}x{height}, {}, threads: {}", options.precision, options.threads));
+fn progress(name: &str, size: Size, options: Options) {
+    output::note(&format!("{name} {size}, {}, threads: {}", options.precision, options.threads));
 }

@@ -78,7 +78,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     let (gbuffer, geo_normal) = (surface.gbuffer, Some(surface.geo_normal));
     Frame { gbuffer, geo_normal, ao: Some(reference), radius: Some(view.radius), view: Some(view.clone()) }
         .save(&args.output.join("frame.exr"))?;
-    report(args, (&scores, &flat), (trace_s, ms), params)
+    report(args, &Outcome { network: scores, constant: flat, trace_s, network_ms: ms }, params)
 }
 
 fn draw(
@@ -104,17 +104,22 @@ fn draw(
     Ok(picture::save_png(&picture::sheet(&sheet, 2)?, &dir.join("side_by_side.png"))?)
 }
 
-fn report(
-    args: &Args,
-    (scores, flat): (&Comparison, &Comparison),
-    (trace_s, ms): (f64, f64),
-    params: AoParams,
-) -> Result<()> {
+/// Scores against the reference, and times.
+struct Outcome {
+    network: Comparison,
+    /// Of the image whose visibility is the same everywhere.
+    constant: Comparison,
+    trace_s: f64,
+    network_ms: f64,
+}
+
+fn report(args: &Args, outcome: &Outcome, params: AoParams) -> Result<()> {
+    let Outcome { network, constant, trace_s, network_ms } = outcome;
     if args.json {
         return output::json(&json!({
-            "folder": args.output, "radius": params.radius(), "spp": args.spp, "trace_s": trace_s, "network_ms": ms,
-            "network": { "full": scores.full, "foreground": scores.foreground },
-            "constant": { "full": flat.full, "foreground": flat.foreground },
+            "folder": args.output, "radius": params.radius(), "spp": args.spp, "trace_s": trace_s, "network_ms": network_ms,
+            "network": { "full": network.full, "foreground": network.foreground },
+            "constant": { "full": constant.full, "foreground": constant.foreground },
         }));
     }
     let row = |name: &str, c: &Comparison, time: String| {
@@ -124,8 +129,8 @@ fn report(
         [vec![name.to_owned()], scores.to_vec(), inside.to_vec(), vec![time]].concat()
     };
     let rows = [
-        row("network", scores, format!("{ms:.1} ms")),
-        row("constant image", flat, "-".into()),
+        row("network", network, format!("{network_ms:.1} ms")),
+        row("constant image", constant, "-".into()),
         [vec![format!("reference, {} rays", args.spp)], vec!["-".into(); 4], vec![format!("{trace_s:.1} s")]]
             .concat(),
     ];

@@ -2,8 +2,8 @@
 
 use crate::{output, setup};
 use anyhow::{Context, Result};
-use aonet::AoParams;
 use aonet::net::Model;
+use aonet::{AoParams, Size};
 use aonet_lab::frame::{Frame, FrameHints};
 use aonet_lab::onnx::{self, Extent, Form, Side};
 use aonet_scene::atomic_file;
@@ -34,7 +34,7 @@ pub(crate) struct Args {
     onnx: PathBuf,
     /// Size of the frames, any; the file pads and crops by itself [default: free].
     #[arg(long, value_name = "WxH", value_parser = super::bench::parse_size)]
-    size: Option<(usize, usize)>,
+    size: Option<Size>,
     /// Rewrite linear kernels to be fast in ONNX Runtime; equal results up to rounding.
     #[arg(long)]
     tuned: bool,
@@ -54,7 +54,9 @@ pub(crate) fn run(args: &Args) -> Result<()> {
         None => setup::model(args.model.as_deref())?,
     };
     let form = if args.tuned { Form::Tuned } else { Form::Plain };
-    let extent = args.size.map_or(Extent::Dynamic, |(width, height)| Extent::Fixed { width, height });
+    let extent = args
+        .size
+        .map_or(Extent::Dynamic, |size| Extent::Fixed { width: size.width(), height: size.height() });
     is_onnx(&args.onnx)?;
     let file = onnx::export(&model, form, extent)?;
     atomic_file::write(&args.onnx, &file.bytes)?;

@@ -53,7 +53,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     let methods = classic.iter().map(|(name, method)| (name, Method::Classic { method, threads }));
     let mut shots = Vec::new();
     for (name, method) in methods.chain(networks) {
-        shots.push(shoot((name, &method), (&frame.gbuffer, params), reference)?);
+        shots.push(shoot(name, &method, (&frame.gbuffer, params), reference)?);
     }
     let panels = panels(&frame.gbuffer, reference, &shots, args.columns.into())?;
     picture::save_png(&picture::sheet(&panels, args.columns.into())?, args.frame.output())?;
@@ -87,7 +87,8 @@ fn methods(args: &Args) -> Result<(Named<Classic>, Named<Model>)> {
 }
 
 fn shoot(
-    (name, method): (&str, &Method<'_>),
+    name: &str,
+    method: &Method<'_>,
     (gbuffer, params): (&GBuffer, AoParams),
     reference: &AoImage,
 ) -> Result<Shot> {

@@ -7,6 +7,8 @@ mod stage;
 
 use anyhow::Result;
 #[cfg(feature = "viewer")]
+use aonet::Size;
+#[cfg(feature = "viewer")]
 use aonet_scene::scene::source::SceneSource;
 use clap::Parser;
 #[cfg(feature = "viewer")]
@@ -49,8 +51,8 @@ pub(crate) struct Args {
     #[arg(long)]
     radius: Option<f32>,
     /// Width and height (px).
-    #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = size)]
-    size: (usize, usize),
+    #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = super::bench::parse_size)]
+    size: Size,
     /// Camera path (JSON) with keys of seconds, eye and target, as the window records it.
     #[arg(long, value_name = "P.json")]
     camera_path: Option<PathBuf>,
@@ -75,12 +77,6 @@ pub(crate) struct Args {
     /// Arguments of a program with the viewer.
     #[arg(hide = true, trailing_var_arg = true, allow_hyphen_values = true)]
     _all: Vec<String>,
-}
-
-#[cfg(feature = "viewer")]
-fn size(text: &str) -> std::result::Result<(usize, usize), String> {
-    let sides = text.split_once('x').and_then(|(w, h)| Some((w.parse().ok()?, h.parse().ok()?)));
-    sides.filter(|(w, h)| *w > 0 && *h > 0).ok_or_else(|| "two numbers above 0 with an x between them".into())
 }
 
 /// Runs the command.

@@ -1,12 +1,14 @@
 //! Tiny datasets for the tests of this crate.
 
 use super::{Counts, DatasetParams, DatasetPlan, Manifest, Preset, Work, generate};
+use aonet::Size;
 use aonet_scene::scene::procedural::Kind;
 use aonet_scene::staging::{SceneSpec, SceneSplit};
 use std::path::Path;
 
-/// Parameters of `frames` of `width` x `height` pixels with `spp` rays each; the rest is the paper's.
-pub(crate) fn params((width, height): (usize, usize), spp: u32, frames: Counts) -> DatasetParams {
+/// Parameters of `frames` of `size` with `spp` rays each; the rest is the paper's.
+pub(crate) fn params(size: Size, spp: u32, frames: Counts) -> DatasetParams {
+    let (width, height) = (size.width(), size.height());
     DatasetParams { width, height, frames, spp, eval_spp: spp, ..DatasetParams::preset(Preset::Paper) }
 }
 

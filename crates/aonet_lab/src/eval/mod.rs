@@ -349,7 +349,7 @@ mod tests {
     fn dataset(dir: &Path) -> Manifest {
         let frames = Counts { train: 1, val: 0, val_seen: 0, test: 2 };
         let splits = [SceneSplit::Train, SceneSplit::Test];
-        tiny::make(dir, tiny::params((48, 27), 16, frames), &splits)
+        tiny::make(dir, tiny::params(Size::px(48, 27), 16, frames), &splits)
     }
 
     #[test]

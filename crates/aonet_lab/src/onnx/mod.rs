@@ -6,7 +6,9 @@
 //! [`cpu::Session`](aonet::net::cpu::Session) does.
 
 mod inputs;
-mod ops;
+mod kernels;
+mod network;
+mod nodes;
 mod proto;
 #[cfg(test)]
 mod tests;
@@ -101,7 +103,8 @@ pub fn export(model: &Model, form: Form, extent: Extent) -> Result<Exported> {
     let mut writer = Writer::default();
     let features = padded(&mut writer, model, extent, INPUT);
     let search = model.config().search.map(|_| padded(&mut writer, model, extent, SEARCH));
-    let raw = ops::write(&mut writer, (model, form), (&features, search.as_deref()));
+    let inputs = network::Inputs { features: &features, search: search.as_deref() };
+    let raw = network::write(&mut writer, model, form, inputs);
     finish(&mut writer, &raw, (features != INPUT).then_some(extent));
     let port = |name, channels| {
         let [height, width] = match extent {
@@ -144,7 +147,7 @@ fn padded(writer: &mut Writer, model: &Model, extent: Extent, input: &str) -> St
         Extent::Fixed { width, height } if !(width.is_multiple_of(step) && height.is_multiple_of(step)) => {
             let missing = |side: usize| side.next_multiple_of(step) - side;
             let sides = [0, 0, missing(height), missing(width)];
-            ops::pad_edge(writer, &format!("{input}/pad"), input, sides)
+            nodes::pad_edge(writer, &format!("{input}/pad"), input, sides)
         }
         Extent::Fixed { .. } | Extent::Dynamic => input.to_owned(),
     }
@@ -154,7 +157,8 @@ fn padded(writer: &mut Writer, model: &Model, extent: Extent, input: &str) -> St
 fn finish(writer: &mut Writer, raw: &str, padded: Option<Extent>) {
     let cropped = match padded {
         Some(Extent::Fixed { width, height }) => {
-            ops::window(writer, ("crop", raw), ([0, 0], [height as i64, width as i64]))
+            let part = nodes::Crop { rows: 0..height as i64, columns: 0..width as i64 };
+            nodes::crop(writer, "crop", raw, &part)
         }
         Some(Extent::Dynamic) | None => raw.to_owned(),
     };

@@ -12,26 +12,24 @@
 //! first convolution's weights reordered, a transposition, a strided convolution) and upsampling inside the convolution that
 //! follows it. Padding by repeating the edge costs about 15 ms; no exact way around it was found.
 
-use super::ops;
+use super::kernels::Head;
+use super::nodes::{self, Crop};
 use super::writer::{Attribute, Writer};
 use aonet::net::Tensor;
-use aonet::net::graph::{GUIDE_CHANNELS, TAPS, WINDOW};
+use aonet::net::kernel::{GUIDE_CHANNELS, TAPS, WINDOW};
 
-/// Linear kernels of a head that was not evaluated: see the module. `features` DxHxW, `guide` at full resolution.
-pub(super) fn apply_head(
-    writer: &mut Writer,
-    (features, guide): (&str, &str),
-    [weight, bias]: [&Tensor; 2],
-    patch: usize,
-) -> String {
+/// Applies the linear kernels of a head without computing them: see the module. `features` is DxHxW, `guide` has full
+/// resolution.
+pub(super) fn apply_head(writer: &mut Writer, features: &str, guide: &str, head: Head<'_>) -> String {
+    let (Head { patch, .. }, weight, bias) = (head, head.conv.weight, head.conv.bias);
     let (area, depth) = (patch * patch, weight.shape[1]);
-    let normal = ops::padded_normal(writer, guide);
+    let normal = nodes::padded_normal(writer, guide);
     let columns: Vec<String> = (0..patch)
         .map(|dx| match dx {
             0 => normal.clone(),
             _ => {
-                let all = ([0, dx as i64], [ops::END, ops::END]);
-                ops::window(writer, (&format!("normal/from{dx}"), &normal), all)
+                let part = Crop { rows: 0..nodes::END, columns: dx as i64..nodes::END };
+                nodes::crop(writer, &format!("normal/from{dx}"), &normal, &part)
             }
         })
         .collect();
@@ -39,7 +37,7 @@ pub(super) fn apply_head(
         let value = bias.values[pixel * TAPS + tap * GUIDE_CHANNELS + c];
         ([pixel / patch, pixel % patch], value)
     });
-    let mut sum = strided(writer, ("head/bias", &normal), &biases, patch);
+    let mut sum = strided(writer, "head/bias", &normal, &biases, patch);
     for pixel in 0..area {
         let (dy, dx) = (pixel / patch, pixel % patch);
         let name = format!("head/pixel{pixel}");
@@ -47,16 +45,16 @@ pub(super) fn apply_head(
             let row = pixel * TAPS + tap * GUIDE_CHANNELS + c;
             ([dy, 0], weight.values[row * depth + d])
         });
-        let normals = strided(writer, (&format!("{name}/normals"), &columns[dx]), &taps, patch);
+        let normals = strided(writer, &format!("{name}/normals"), &columns[dx], &taps, patch);
         let products = writer.node((&format!("{name}/products"), "Mul"), &[&normals, features], &[]);
         let values = (0..area * depth).map(|i| f32::from(u8::from(i / depth == pixel))).collect();
         let collect = Tensor { shape: vec![area, depth, 1, 1], values };
-        let own = strided(writer, (&format!("{name}/sum"), &products), &collect, 1);
+        let own = strided(writer, &format!("{name}/sum"), &products, &collect, 1);
         sum = writer.node((&name, "Add"), &[&own, &sum], &[]);
     }
     match patch {
         1 => sum,
-        _ => ops::pixel_shuffle(writer, ("kernel_mean", &sum), patch),
+        _ => nodes::pixel_shuffle(writer, "kernel_mean", &sum, patch),
     }
 }
 
@@ -80,7 +78,7 @@ fn spread_taps(
 }
 
 /// A convolution without padding and bias.
-fn strided(writer: &mut Writer, (name, input): (&str, &str), weight: &Tensor, stride: usize) -> String {
+fn strided(writer: &mut Writer, name: &str, input: &str, weight: &Tensor, stride: usize) -> String {
     let constant = writer.tensor(&format!("{name}.weight"), weight);
     let attributes = [
         ("kernel_shape", Attribute::Ints(&weight.shape[2..])),

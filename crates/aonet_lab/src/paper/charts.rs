@@ -2,7 +2,6 @@
 
 use super::claims::Claim;
 use super::layers::{self, Cost, Level};
-use super::measure::size_name;
 use super::rows::{self, HD};
 use super::{Content, Item, Section, Subject};
 use crate::plot::{Bars, bars};
@@ -108,7 +107,7 @@ pub(super) fn layers(subject: &Subject<'_>) -> Result<Section> {
             .into(),
     );
     let networks: BTreeMap<&str, Value> = keys.into_iter().zip(costs.iter().map(as_json)).collect();
-    let json = json!({ "size": size_name(HD), "networks": networks });
+    let json = json!({ "size": HD.to_string(), "networks": networks });
     let claims = layer_claims(&costs[0], &costs[1]);
     Ok(Section { item: Item::Fig3, content: Content::Chart(svg), claims, notes, json })
 }

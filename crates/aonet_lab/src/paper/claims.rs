@@ -1,7 +1,8 @@
 //! Compares the paper's claims with measurements.
 
-use super::measure::{Measurements, Size};
+use super::measure::Measurements;
 use super::rows::{AGTAO, AO_NET, GTAO, GTAO_TUNED, HD, SIZES};
+use aonet::Size;
 use serde::Serialize;
 
 /// Whether a claim is reproduced.
@@ -85,7 +86,7 @@ fn faster(m: &Measurements, fast: &str, slow: &[&str], sizes: &[Size]) -> Option
         let others: Vec<f64> = slow.iter().map(|k| ms(m, k, size)).collect::<Option<_>>()?;
         holds &= others.iter().all(|o| time < *o);
         let others: Vec<String> = others.iter().map(|o| format!("{o:.1}")).collect();
-        shown.push(format!("{time:.1} ms against {} at {}x{}", others.join(" and "), size.0, size.1));
+        shown.push(format!("{time:.1} ms against {} at {size}", others.join(" and ")));
     }
     Some((holds, shown.join(", ")))
 }

@@ -12,7 +12,7 @@ use std::path::Path;
 /// Four test frames of two scenes, 96x64, and no others.
 pub(crate) fn dataset(dir: &Path) -> Manifest {
     let frames = Counts { train: 0, val: 0, val_seen: 0, test: 4 };
-    tiny::make(dir, tiny::params((96, 64), 8, frames), &[SceneSplit::Test; 2])
+    tiny::make(dir, tiny::params(Size::px(96, 64), 8, frames), &[SceneSplit::Test; 2])
 }
 
 /// A network with the patches, kernels and features of `config` and the smallest widths, random weights.

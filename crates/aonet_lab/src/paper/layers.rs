@@ -1,8 +1,9 @@
 //! A network's time by level: AO-Net §3.2 and Fig. 3.
 
 use crate::timing;
+use aonet::Size;
 use aonet::net::cpu::Options;
-use aonet::net::plan::{Plan, Step};
+use aonet::net::plan::{ConvStep, HeadStep, Plan, Step};
 use aonet::net::{Graph, Model, Node, Op};
 use aonet_scene::Result;
 use std::cmp::Reverse;
@@ -42,24 +43,19 @@ pub(super) struct Cost {
     pub(super) macs: f64,
 }
 
-/// Cost of every level of a U-Net at `size` (width, height) (px).
+/// Cost of every level of a U-Net at `size`.
 ///
 /// # Errors
 /// When the session cannot be made.
-pub(super) fn costs(
-    model: &Model,
-    size: (usize, usize),
-    threads: usize,
-    runs: usize,
-) -> Result<BTreeMap<Level, Cost>> {
-    let plan = Plan::new(model.graph(), size.0, size.1)?;
+pub(super) fn costs(model: &Model, size: Size, threads: usize, runs: usize) -> Result<BTreeMap<Level, Cost>> {
+    let plan = Plan::new(model.graph(), size)?;
     let times = timing::time_steps(model, size, Options { threads, ..Options::default() }, runs)?;
     let mut costs: BTreeMap<Level, Cost> = BTreeMap::new();
     for (step, ms) in plan.steps.iter().zip(times) {
         let (level, per_pixel) = place(model.graph(), step);
         let cost = costs.entry(level).or_default();
         cost.ms += ms;
-        cost.macs += per_pixel * (size.0 * size.1) as f64;
+        cost.macs += per_pixel * size.pixels() as f64;
     }
     Ok(costs)
 }
@@ -68,12 +64,12 @@ pub(super) fn costs(
 fn place(graph: &Graph, step: &Step) -> (Level, f64) {
     match step {
         Step::Search { .. } | Step::Filter { .. } | Step::Features { .. } => (Level::Features, 0.0),
-        Step::Conv { name, .. } => {
+        Step::Conv(ConvStep { name, .. }) => {
             let (stride, macs) = conv(graph, name);
             let up = name.starts_with("dec") || name.starts_with("up");
             (if up { Level::Decoder(Reverse(stride)) } else { Level::Encoder(stride) }, macs)
         }
-        Step::Head { name, .. } => {
+        Step::Head(HeadStep { name, .. }) => {
             let weighed = |n: &Node| matches!(n.op, Op::KernelPredict { .. }).then(|| graph.node_macs(n));
             (Level::Head, conv(graph, name).1 + graph.nodes().iter().find_map(weighed).unwrap_or(0.0))
         }
@@ -104,7 +100,7 @@ mod tests {
             let weights = Weights::init(&graph, 1);
             let expected = graph.macs_per_pixel() * (64.0 * 32.0);
             let model = Model::new(config, weights, TrainingFacts::default()).unwrap();
-            let costs = costs(&model, (64, 32), 1, 1).unwrap();
+            let costs = costs(&model, Size::px(64, 32), 1, 1).unwrap();
             let names: Vec<String> = costs.keys().map(Level::name).collect();
             let stride = |l: usize| patch << l;
             let levels = [("enc", 0), ("enc", 1), ("enc", 2), ("dec", 1), ("dec", 0)];

@@ -5,6 +5,7 @@ use super::rows::{self, AO_NET, Trained};
 use crate::dataset::Split;
 use crate::eval::{self, Contestant, Method, Row};
 use crate::timing;
+use aonet::Size;
 use aonet::net::Model;
 use aonet::net::cpu::Options;
 use aonet::net::model::WeightFormat;
@@ -12,9 +13,6 @@ use aonet::search::Classic;
 use aonet_scene::error::Result;
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
-
-/// Image size (width, height) (px).
-pub type Size = (usize, usize);
 
 /// What to measure.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -82,7 +80,7 @@ impl Measured {
 
     /// Median run-time at a size (ms).
     pub fn ms_at(&self, size: Size) -> Option<f64> {
-        self.ms.get(&size_name(size)).copied()
+        self.ms.get(&size.to_string()).copied()
     }
 }
 
@@ -100,11 +98,6 @@ impl Measurements {
     pub fn row(&self, key: &str) -> Option<&Measured> {
         self.rows.get(key)
     }
-}
-
-/// `1280x720`.
-pub fn size_name((width, height): Size) -> String {
-    format!("{width}x{height}")
 }
 
 /// Measures the requested rows that have networks. Scores need a dataset; without one there are none.
@@ -137,8 +130,8 @@ pub fn measure(
             (None, None) => None,
         };
         if let (Some(times), Some(row)) = (times, found.rows.get_mut(key)) {
-            row.ms.insert(size_name(*size), times.median_ms);
-            row.min_ms.insert(size_name(*size), times.min_ms);
+            row.ms.insert(size.to_string(), times.median_ms);
+            row.min_ms.insert(size.to_string(), times.min_ms);
         }
         progress("timing", done + 1, needs.times.len());
     }

@@ -1,5 +1,6 @@
 //! The rows of the paper's tables: their model files, their names here, and the paper's numbers.
 
+use aonet::Size;
 use aonet::net::{KernelWeights, Model, ModelConfig};
 use aonet::search::Classic;
 use aonet_scene::{Error, Result};
@@ -81,11 +82,11 @@ pub const TABLE_2: [Row; 4] = [DEEP_AO, DEEP_SHADING, AO_NET_ROW, OURS];
 pub const TABLE_2_MS: [Option<[f64; 3]>; 4] =
     [Some([2.26, 3.96, 7.09]), Some([3.56, 6.09, 11.35]), Some([2.67, 3.92, 6.95]), None];
 
-/// AO-Net Table 2: its three sizes (width, height) (px).
-pub const SIZES: [(usize, usize); 3] = [(540, 540), HD, (2048, 1024)];
+/// AO-Net Table 2: its three sizes.
+pub const SIZES: [Size; 3] = [Size::px(540, 540), HD, Size::px(2048, 1024)];
 
 /// The size that all other run-times are for.
-pub const HD: (usize, usize) = (1280, 720);
+pub const HD: Size = Size::px(1280, 720);
 
 /// AO-Net Table 3: input features. The last one is ours.
 pub const TABLE_3: [Row; 4] = [

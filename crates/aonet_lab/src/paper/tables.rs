@@ -1,11 +1,12 @@
 //! Tables 1 to 4 and the ablations, from measurements.
 
 use super::claims;
-use super::measure::{Measured, Measurements, Needs, OverSeeds, Size, size_name};
+use super::measure::{Measured, Measurements, Needs, OverSeeds};
 use super::rows::{self, AO_NET, HD, SIZES};
 use super::{Content, Item, Section, Subject};
 use crate::eval;
 use crate::table::number;
+use aonet::Size;
 use serde_json::{Value, json};
 
 /// A row of any table, owned, because the ablations have rows from a folder.
@@ -124,7 +125,7 @@ fn constant(m: &Measurements, columns: usize) -> Vec<String> {
 }
 
 fn timed(lines: &[Line], m: &Measurements) -> (Vec<String>, Vec<Vec<String>>) {
-    let of = |prefix: &str| SIZES.map(|size| format!("{prefix}{}", size_name(size))).to_vec();
+    let of = |prefix: &str| SIZES.map(|size| format!("{prefix}{}", size.to_string())).to_vec();
     let header =
         [vec![String::new()], of(""), of("paper "), SIZE_COLUMNS.map(str::to_owned).to_vec()].concat();
     let row = |(line, paper): (&Line, &Option<[f64; 3]>)| {
@@ -172,7 +173,7 @@ fn over_seeds(value: Option<OverSeeds>, digits: usize) -> String {
 /// Puts `**` around the highest score and the shortest time of each of our columns that has at least two.
 fn mark_best(header: &[String], cells: &mut [Vec<String>]) {
     for (c, name) in header.iter().enumerate() {
-        let time = name == "ms" || SIZES.iter().any(|size| *name == size_name(*size));
+        let time = name == "ms" || SIZES.iter().any(|size| *name == size.to_string());
         if !time && !SCORES.contains(&name.as_str()) {
             continue;
         }

@@ -53,16 +53,16 @@ impl Times {
 /// The radius of every timed frame (world units); the frame's depth is about 3.
 const RADIUS: f32 = 0.5;
 
-/// Of the frame of [`calibrated`] (width, height) (px).
-const CALIBRATION_SIZE: (usize, usize) = (256, 128);
+/// Size of the frame that [`calibrated`] runs.
+const CALIBRATION_SIZE: Size = Size::px(256, 128);
 
-/// Times `runs` runs (at least one) of `model` on a synthetic frame of `size` (width, height) (px), after a first one.
+/// Times `runs` runs (at least one) of `model` on a synthetic frame of `size`, after a first one.
 ///
 /// # Errors
-/// When a side is out of range, the threads are none or cannot be started, the machine does not have the instructions, or the
+/// When the threads are none or cannot be started, the machine does not have the instructions, or the
 /// model does not know the ranges that integers need: see [`calibrated`].
-pub fn time(model: &Model, size: (usize, usize), options: Options, runs: usize) -> Result<Times> {
-    let (gbuffer, mut image) = (bump(size.0, size.1)?, AoImage::open(Size::new(size.0, size.1)?));
+pub fn time(model: &Model, size: Size, options: Options, runs: usize) -> Result<Times> {
+    let (gbuffer, mut image) = (bump(size)?, AoImage::open(size));
     let start = Instant::now();
     let mut session = Session::with_options(model, gbuffer.window(), options)?;
     session.run(&gbuffer, AoParams::new(RADIUS)?, &mut image)?;
@@ -86,9 +86,9 @@ pub fn time(model: &Model, size: (usize, usize), options: Options, runs: usize) 
 /// Times a classic method, as [`time`] times a network; memory is not counted.
 ///
 /// # Errors
-/// When a side or a parameter is out of range, or the threads cannot be started.
-pub fn time_classic(method: &Classic, size: (usize, usize), threads: usize, runs: usize) -> Result<Times> {
-    let (gbuffer, mut image) = (bump(size.0, size.1)?, AoImage::open(Size::new(size.0, size.1)?));
+/// When a parameter is out of range, or the threads cannot be started.
+pub fn time_classic(method: &Classic, size: Size, threads: usize, runs: usize) -> Result<Times> {
+    let (gbuffer, mut image) = (bump(size)?, AoImage::open(size));
     let options = search::Options { threads, ..search::Options::default() };
     let mut session = search::Session::new(method, gbuffer.size(), options)?;
     let mut run = || -> Result<f64> {
@@ -105,8 +105,8 @@ pub fn time_classic(method: &Classic, size: (usize, usize), threads: usize, runs
 ///
 /// # Errors
 /// As [`time`].
-pub fn time_steps(model: &Model, size: (usize, usize), options: Options, runs: usize) -> Result<Vec<f64>> {
-    let (gbuffer, mut image) = (bump(size.0, size.1)?, AoImage::open(Size::new(size.0, size.1)?));
+pub fn time_steps(model: &Model, size: Size, options: Options, runs: usize) -> Result<Vec<f64>> {
+    let (gbuffer, mut image) = (bump(size)?, AoImage::open(size));
     let mut session = Session::with_options(model, gbuffer.window(), options)?;
     session.run(&gbuffer, AoParams::new(RADIUS)?, &mut image)?;
     let mut by_step: Vec<Vec<f64>> = vec![Vec::with_capacity(runs); session.plan().steps.len()];
@@ -130,10 +130,9 @@ pub fn calibrated(model: Model, precision: Precision) -> Result<Model> {
     if precision != Precision::Int8 || model.ranges().is_some() {
         return Ok(model);
     }
-    let (width, height) = CALIBRATION_SIZE;
-    let (gbuffer, mut image) = (bump(width, height)?, AoImage::open(Size::new(width, height)?));
+    let (gbuffer, mut image) = (bump(CALIBRATION_SIZE)?, AoImage::open(CALIBRATION_SIZE));
     let mut ranges = Ranges::new();
-    Session::new(&model, Size::new(width, height)?, 1)?.calibrate(
+    Session::new(&model, CALIBRATION_SIZE, 1)?.calibrate(
         &gbuffer,
         AoParams::new(RADIUS)?,
         &mut image,
@@ -147,15 +146,16 @@ fn ms_since(start: Instant) -> f64 {
 }
 
 /// A bump that fills the image: foreground everywhere, normals that turn.
-fn bump(width: usize, height: usize) -> Result<GBuffer<'static>> {
-    let camera = Camera::perspective(1.0, Size::new(width, height)?)?.with_near(0.1)?;
+fn bump(size: Size) -> Result<GBuffer<'static>> {
+    let (width, height) = (size.width(), size.height());
+    let camera = Camera::perspective(1.0, size)?.with_near(0.1)?;
     let at = |i: usize| {
         let x = (i % width) as f32 / width as f32 - 0.5;
         let y = 0.5 - (i / width) as f32 / height as f32;
         Vec3::new(x, y, 1.5).normalize()
     };
-    let normal = (0..width * height).map(|i| at(i).to_array()).collect::<Vec<_>>();
-    let depth = (0..width * height).map(|i| 4.0 - at(i).z).collect::<Vec<_>>();
+    let normal = (0..size.pixels()).map(|i| at(i).to_array()).collect::<Vec<_>>();
+    let depth = (0..size.pixels()).map(|i| 4.0 - at(i).z).collect::<Vec<_>>();
     Ok(GBuffer::new(camera, depth, normal)?)
 }
 
@@ -189,20 +189,19 @@ mod tests {
         let options = Options::default();
         // The steps of one run never take longer than the whole call.
         let start = Instant::now();
-        let steps = time_steps(&model, (320, 200), options, 1).unwrap();
+        let steps = time_steps(&model, Size::px(320, 200), options, 1).unwrap();
         let whole_ms = start.elapsed().as_secs_f64() * 1e3;
         // Features, six convolutions, head.
         assert_eq!(steps.len(), 8);
         assert!(steps.iter().all(|ms| *ms > 0.0), "{steps:?}");
         assert!(steps.iter().sum::<f64>() < whole_ms, "{steps:?} in {whole_ms}");
-        let times = time(&model, (320, 200), options, 3).unwrap();
+        let times = time(&model, Size::px(320, 200), options, 3).unwrap();
         assert!(times.min_ms > 0.0 && times.min_ms <= times.median_ms && times.median_ms <= times.max_ms);
         assert!(times.first_ms > 0.0 && times.session_bytes > 320 * 200);
         assert!(times.features_ms > 0.0 && times.features_ms < times.median_ms);
         let none = Options { threads: 0, ..options };
-        assert!(
-            time(&model, (320, 200), none, 1).is_err() && time_steps(&model, (0, 8), options, 1).is_err()
-        );
+        assert!(time(&model, Size::px(320, 200), none, 1).is_err());
+        assert!(time_steps(&model, Size::px(320, 200), none, 1).is_err());
     }
 
     #[test]
@@ -212,7 +211,7 @@ mod tests {
             let model = calibrated(model(small), precision).unwrap();
             assert_eq!(model.ranges().is_some(), precision == Precision::Int8);
             let options = Options { precision, ..Options::default() };
-            assert!(time(&model, (320, 200), options, 1).unwrap().median_ms > 0.0);
+            assert!(time(&model, Size::px(320, 200), options, 1).unwrap().median_ms > 0.0);
         }
     }
 

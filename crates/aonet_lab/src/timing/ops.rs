@@ -1,11 +1,12 @@
-//! What every step of a plan costs, at least and in fact.
+//! The work of every step of a plan, and its time.
 
 use super::searches::{FILTER_FLOP, search_cost};
 use super::time_steps;
+use aonet::Size;
 use aonet::net::cpu::Options;
-use aonet::net::graph::TAPS;
-use aonet::net::plan::{BufferId, Plan, Resample, Source, Step};
-use aonet::net::{KernelWeights, Model};
+use aonet::net::kernel::TAPS;
+use aonet::net::plan::{Buffer, BufferId, ConvStep, HeadStep, Plan, Resample, Source, Step};
+use aonet::net::{KernelWeights, Model, SearchConfig};
 use aonet_scene::Result;
 use serde::Serialize;
 
@@ -13,20 +14,20 @@ use serde::Serialize;
 const GBUFFER_CHANNELS: usize = 4;
 const GBUFFER_BYTES: usize = GBUFFER_CHANNELS * size_of::<f32>();
 
-/// What a step has to do, whoever does it.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+/// The work of a step on any runtime.
+#[derive(Debug, Clone, PartialEq, Default, Serialize)]
 pub struct OpCost {
-    /// Prefix of its parameters, or what it makes.
+    /// Prefix of its parameters, or the name of its result.
     pub name: String,
-    /// What happens in it, in order.
+    /// Its operations, in order.
     pub kind: String,
     /// Channels that it reads.
     pub inputs: usize,
     /// Channels that it computes; of a head, those of its convolution.
     pub outputs: usize,
-    /// Of what it writes (px or cells).
+    /// Columns of the result (px or cells).
     pub width: usize,
-    /// Of what it writes (px or cells).
+    /// Rows of the result (px or cells).
     pub height: usize,
     /// Operations: two for each multiply-add of a direct convolution and of the kernels; those of a search and its filter as
     /// `search_cost` counts them.
@@ -38,7 +39,7 @@ pub struct OpCost {
 /// A step and its time.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct OpTime {
-    /// What it has to do.
+    /// The work of the step.
     #[serde(flatten)]
     pub cost: OpCost,
     /// Median (ms).
@@ -49,90 +50,153 @@ pub struct OpTime {
 ///
 /// # Errors
 /// As [`super::time`].
-pub fn time_ops(model: &Model, size: (usize, usize), options: Options, runs: usize) -> Result<Vec<OpTime>> {
-    let plan = Plan::new(model.graph(), size.0, size.1)?;
+pub fn time_ops(model: &Model, size: Size, options: Options, runs: usize) -> Result<Vec<OpTime>> {
+    let plan = Plan::new(model.graph(), size)?;
     let times = time_steps(model, size, options, runs)?;
-    let with_time = |(step, median_ms)| OpTime { cost: cost((model, &plan), step), median_ms };
+    let with_time = |(step, median_ms)| OpTime { cost: cost(model, &plan, step), median_ms };
     Ok(plan.steps.iter().zip(times).map(with_time).collect())
 }
 
-pub(super) fn cost(of: (&Model, &Plan), step: &Step) -> OpCost {
-    let (model, plan) = of;
-    let (width, height) = plan.size;
-    let pixels = width * height;
+/// The cost of a step of a plan.
+pub(super) fn cost(model: &Model, plan: &Plan, step: &Step) -> OpCost {
+    let counted = Counted { model, plan };
     match step {
-        Step::Search { search, output } => {
-            let method = search.method();
-            let kind = format!("{}, {} taps", method.name(), method.taps());
-            let bytes = pixels * GBUFFER_BYTES + buffer_bytes(plan, *output);
-            let flop = search_cost(&method).map_or(0.0, |cost| cost.search) * pixels as f64;
-            op(("search", kind), (GBUFFER_CHANNELS, plan, *output), (flop, bytes))
-        }
-        Step::Filter { input, output, .. } => {
-            let bytes = pixels * GBUFFER_BYTES + buffer_bytes(plan, *input) + buffer_bytes(plan, *output);
-            let flop = FILTER_FLOP * pixels as f64;
-            op(("filter", "5x5, by plane and normal".into()), (1, plan, *output), (flop, bytes))
-        }
-        Step::Features { search, output, patch } => {
-            let inputs = model.config().features.channels().len();
-            let kind = format!("features, patches of {patch}");
-            let found = search.map_or(0, |id| buffer_bytes(plan, id));
-            let bytes = pixels * GBUFFER_BYTES + found + buffer_bytes(plan, *output);
-            op(("features", kind), (inputs, plan, *output), (0.0, bytes))
-        }
-        Step::Conv { name, sources, output, size, groups, .. } => {
-            let inputs: usize = sources.iter().map(|s| plan.buffers[s.buffer].channels).sum();
-            let read: usize = sources.iter().map(|s| buffer_bytes(plan, s.buffer)).sum();
-            let bytes = read + buffer_bytes(plan, *output) + parameter_bytes(model, name);
-            let out = &plan.buffers[*output];
-            let macs = out.channels * inputs / groups * size * size * out.width * out.height;
-            let kind = format!("{}conv {size}x{size}", before(sources));
-            op((name, kind), (inputs, plan, *output), (2.0 * macs as f64, bytes))
-        }
-        Step::Head { name, input, guide, kernel, base, .. } => {
-            let (cells, outputs) = (&plan.buffers[*input], head_outputs(model, name));
-            let (what, taps) = match kernel {
-                KernelWeights::Off => ("merge", 0),
-                KernelWeights::Linear => ("kernels", TAPS),
-                KernelWeights::Softmax => ("softmax kernels", TAPS),
-            };
-            // The guide where kernels weigh it, what is corrected, depths for the background, the image.
-            let guide = if taps > 0 { buffer_bytes(plan, *guide) } else { 0 };
-            let bytes = buffer_bytes(plan, *input)
-                + guide
-                + base.map_or(0, |id| buffer_bytes(plan, id))
-                + 2 * pixels * size_of::<f32>()
-                + parameter_bytes(model, name);
-            let macs = cells.channels * outputs * cells.width * cells.height + taps * pixels;
-            let what = match (base, kernel) {
-                (None, _) => what.to_owned(),
-                (Some(_), KernelWeights::Off) => "correct".to_owned(),
-                (Some(_), KernelWeights::Linear | KernelWeights::Softmax) => format!("{what}, correct"),
-            };
-            let kind = format!("conv 1x1, {what}");
-            let cost = op((name, kind), (cells.channels, plan, *input), (2.0 * macs as f64, bytes));
-            OpCost { outputs, width, height, ..cost }
-        }
-        Step::Image { input } => {
-            let bytes = buffer_bytes(plan, *input) + 2 * pixels * size_of::<f32>();
-            let channels = plan.buffers[*input].channels;
-            let cost = op(("image", "clamp".to_owned()), (channels, plan, *input), (0.0, bytes));
-            OpCost { width, height, ..cost }
-        }
+        Step::Search { search, output } => counted.search(search, *output),
+        Step::Filter { input, output, .. } => counted.filter(*input, *output),
+        Step::Features { search, output, patch } => counted.features(*search, *output, *patch),
+        Step::Conv(conv) => counted.conv(conv),
+        Step::Head(head) => counted.head(head),
+        Step::Image { input } => counted.image(*input),
     }
 }
 
-fn op(
-    (name, kind): (&str, String),
-    (inputs, plan, output): (usize, &Plan, BufferId),
-    (flop, bytes): (f64, usize),
-) -> OpCost {
-    let out = &plan.buffers[output];
-    let (outputs, width, height) = (out.channels, out.width, out.height);
-    OpCost { name: name.to_owned(), kind, inputs, outputs, width, height, flop, bytes: bytes as f64 }
+/// A plan whose steps are counted.
+struct Counted<'a> {
+    model: &'a Model,
+    plan: &'a Plan,
 }
 
-/// What happens to the inputs of a convolution on their way into it.
+impl Counted<'_> {
+    fn search(&self, search: &SearchConfig, output: BufferId) -> OpCost {
+        let method = search.method();
+        let flop = search_cost(&method).map_or(0.0, |cost| cost.search);
+        OpCost {
+            name: "search".to_owned(),
+            kind: format!("{}, {} taps", method.name(), method.taps()),
+            inputs: GBUFFER_CHANNELS,
+            flop: flop * self.pixels() as f64,
+            bytes: (self.gbuffer_bytes() + self.bytes(output)) as f64,
+            ..self.writes(output)
+        }
+    }
+
+    fn filter(&self, input: BufferId, output: BufferId) -> OpCost {
+        OpCost {
+            name: "filter".to_owned(),
+            kind: "5x5, by plane and normal".to_owned(),
+            inputs: 1,
+            flop: FILTER_FLOP * self.pixels() as f64,
+            bytes: (self.gbuffer_bytes() + self.bytes(input) + self.bytes(output)) as f64,
+            ..self.writes(output)
+        }
+    }
+
+    fn features(&self, search: Option<BufferId>, output: BufferId, patch: usize) -> OpCost {
+        let found = search.map_or(0, |id| self.bytes(id));
+        OpCost {
+            name: "features".to_owned(),
+            kind: format!("features, patches of {patch}"),
+            inputs: self.model.config().features.channels().len(),
+            bytes: (self.gbuffer_bytes() + found + self.bytes(output)) as f64,
+            ..self.writes(output)
+        }
+    }
+
+    fn conv(&self, conv: &ConvStep) -> OpCost {
+        let ConvStep { name, sources, output, size, groups, .. } = conv;
+        let inputs: usize = sources.iter().map(|s| self.plan.buffers[s.buffer].channels).sum();
+        let read: usize = sources.iter().map(|s| self.bytes(s.buffer)).sum();
+        let out = &self.plan.buffers[*output];
+        let macs = out.channels * inputs / groups * size * size * out.width * out.height;
+        OpCost {
+            name: name.clone(),
+            kind: format!("{}conv {size}x{size}", before(sources)),
+            inputs,
+            flop: 2.0 * macs as f64,
+            bytes: (read + self.bytes(*output) + self.parameter_bytes(name)) as f64,
+            ..self.writes(*output)
+        }
+    }
+
+    fn head(&self, head: &HeadStep) -> OpCost {
+        let HeadStep { ref name, input, guide, kernel, base, .. } = *head;
+        let cells = &self.plan.buffers[input];
+        let outputs = self.model.weights().get(&format!("{name}.bias")).values.len();
+        let taps = match kernel {
+            KernelWeights::Off => 0,
+            KernelWeights::Linear | KernelWeights::Softmax => TAPS,
+        };
+        let macs = cells.channels * outputs * cells.width * cells.height + taps * self.pixels();
+        // The guide where kernels weigh it, the corrected visibility, depths for the background, the image.
+        let bytes = self.bytes(input)
+            + if taps > 0 { self.bytes(guide) } else { 0 }
+            + base.map_or(0, |id| self.bytes(id))
+            + 2 * self.pixels() * size_of::<f32>()
+            + self.parameter_bytes(name);
+        OpCost {
+            name: name.clone(),
+            kind: format!("conv 1x1, {}", after(kernel, base.is_some())),
+            inputs: cells.channels,
+            outputs,
+            flop: 2.0 * macs as f64,
+            bytes: bytes as f64,
+            ..self.image_size()
+        }
+    }
+
+    fn image(&self, input: BufferId) -> OpCost {
+        let channels = self.plan.buffers[input].channels;
+        OpCost {
+            name: "image".to_owned(),
+            kind: "clamp".to_owned(),
+            inputs: channels,
+            outputs: channels,
+            bytes: (self.bytes(input) + 2 * self.pixels() * size_of::<f32>()) as f64,
+            ..self.image_size()
+        }
+    }
+
+    /// The size of a step that writes a buffer; no operations and no bytes.
+    fn writes(&self, output: BufferId) -> OpCost {
+        let Buffer { channels: outputs, width, height, .. } = self.plan.buffers[output];
+        OpCost { outputs, width, height, ..OpCost::default() }
+    }
+
+    /// The size of a step that writes the image; no operations and no bytes.
+    fn image_size(&self) -> OpCost {
+        OpCost { width: self.plan.size.width(), height: self.plan.size.height(), ..OpCost::default() }
+    }
+
+    fn pixels(&self) -> usize {
+        self.plan.size.pixels()
+    }
+
+    fn gbuffer_bytes(&self) -> usize {
+        self.pixels() * GBUFFER_BYTES
+    }
+
+    fn bytes(&self, id: BufferId) -> usize {
+        let buffer = &self.plan.buffers[id];
+        buffer.channels * buffer.width * buffer.height * size_of::<f32>()
+    }
+
+    fn parameter_bytes(&self, name: &str) -> usize {
+        let of = |part: &str| self.model.weights().get(&format!("{name}.{part}")).values.len();
+        (of("weight") + of("bias")) * size_of::<f32>()
+    }
+}
+
+/// How a convolution reads its inputs.
 fn before(sources: &[Source]) -> String {
     let resampled = |s: &Source| match s.resample {
         Resample::None => String::new(),
@@ -143,18 +207,16 @@ fn before(sources: &[Source]) -> String {
     sources.iter().map(resampled).collect::<String>() + concat
 }
 
-fn buffer_bytes(plan: &Plan, id: BufferId) -> usize {
-    let buffer = &plan.buffers[id];
-    buffer.channels * buffer.width * buffer.height * size_of::<f32>()
-}
-
-fn parameter_bytes(model: &Model, name: &str) -> usize {
-    let of = |part: &str| model.weights().get(&format!("{name}.{part}")).values.len();
-    (of("weight") + of("bias")) * size_of::<f32>()
-}
-
-fn head_outputs(model: &Model, name: &str) -> usize {
-    model.weights().get(&format!("{name}.bias")).values.len()
+/// What happens to the sums of the head's convolution.
+fn after(kernel: KernelWeights, corrects: bool) -> &'static str {
+    match (kernel, corrects) {
+        (KernelWeights::Off, false) => "merge",
+        (KernelWeights::Off, true) => "correct",
+        (KernelWeights::Linear, false) => "kernels",
+        (KernelWeights::Linear, true) => "kernels, correct",
+        (KernelWeights::Softmax, false) => "softmax kernels",
+        (KernelWeights::Softmax, true) => "softmax kernels, correct",
+    }
 }
 
 #[cfg(test)]
@@ -163,10 +225,10 @@ mod tests {
     use super::*;
     use aonet::net::ModelConfig;
 
-    fn costs(config: ModelConfig, size: (usize, usize)) -> (Model, Vec<OpCost>) {
+    fn costs(config: ModelConfig, size: Size) -> (Model, Vec<OpCost>) {
         let model = model(config);
-        let plan = Plan::new(model.graph(), size.0, size.1).unwrap();
-        let costs = plan.steps.iter().map(|step| cost((&model, &plan), step)).collect();
+        let plan = Plan::new(model.graph(), size).unwrap();
+        let costs = plan.steps.iter().map(|step| cost(&model, &plan, step)).collect();
         (model, costs)
     }
 
@@ -181,19 +243,19 @@ mod tests {
         ];
         for config in networks {
             // A size that every network takes without padding.
-            let (width, height) = (256, 128);
-            let (model, costs) = costs(config.clone(), (width, height));
+            let size = Size::px(256, 128);
+            let (model, costs) = costs(config.clone(), size);
             let searches = ["search", "filter"];
             let network = costs.iter().filter(|c| !searches.contains(&c.name.as_str()));
             let found: f64 = network.map(|c| c.flop).sum();
-            let expected = 2.0 * model.graph().macs_per_pixel() * (width * height) as f64;
+            let expected = 2.0 * model.graph().macs_per_pixel() * size.pixels() as f64;
             assert!((found / expected - 1.0).abs() < 1e-12, "{found} {expected} {config:?}");
         }
     }
 
     #[test]
     fn costs_are_those_worked_out_by_hand() {
-        let (_, costs) = costs(ModelConfig::paper(), (64, 32));
+        let (_, costs) = costs(ModelConfig::paper(), Size::px(64, 32));
         let last_decoder = costs.iter().find(|c| c.name == "dec0.conv0").expect("the finest decoder level");
         assert_eq!(last_decoder.kind, "upsample, concat, conv 3x3");
         assert_eq!((last_decoder.inputs, last_decoder.outputs), (48 + 32, 32));
@@ -210,7 +272,7 @@ mod tests {
 
     #[test]
     fn a_search_and_its_filter_are_counted_by_themselves() {
-        let (_, costs) = costs(ModelConfig::any_radius(), (64, 64));
+        let (_, costs) = costs(ModelConfig::any_radius(), Size::px(64, 64));
         let names: Vec<_> = costs[..3].iter().map(|c| c.name.as_str()).collect();
         assert_eq!(names, ["search", "filter", "features"]);
         assert_eq!(costs[0].kind, "agtao, 36 taps");

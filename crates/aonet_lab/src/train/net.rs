@@ -1,7 +1,8 @@
 //! The graph on Burn tensors: the same operations as every other backend, with gradients.
 
 use super::flex_ops;
-use aonet::net::graph::{FIRST_TAP, GUIDE_CHANNELS, LEAKY_SLOPE, TAPS, WINDOW};
+use aonet::net::graph::LEAKY_SLOPE;
+use aonet::net::kernel::{FIRST_TAP, GUIDE_CHANNELS, TAPS, WINDOW};
 use aonet::net::{Activation, Graph, KernelWeights, Op, Weights};
 use burn::tensor::activation::{leaky_relu, softmax};
 use burn::tensor::module::{avg_pool2d, conv2d};
@@ -61,7 +62,7 @@ pub(crate) fn forward(
                     Activation::Linear => 1.0,
                     Activation::LeakyRelu => LEAKY_SLOPE,
                 };
-                conv(of(input), (params, name), ([*size, *groups], slope), by)
+                conv(of(input), Conv::new(params, name, *size, *groups, slope), by)
             }
             Op::AvgPool2 { input } => match by {
                 Kernels::Own => flex_ops::pool(of(input)),
@@ -96,23 +97,36 @@ fn occlusion_plane(graph: &Graph) -> usize {
     graph.nodes().iter().find_map(|node| plane(&node.op)).expect("a graph has features")
 }
 
-fn conv(
-    x: Tensor<4>,
-    (params, name): (&BTreeMap<String, Param>, &str),
-    ([size, groups], slope): ([usize; 2], f32),
-    by: Kernels,
-) -> Tensor<4> {
-    let (Param::Weight(weight), Param::Bias(bias)) =
-        (&params[&format!("{name}.weight")], &params[&format!("{name}.bias")])
-    else {
-        unreachable!("weights have four axes and biases one")
-    };
+/// A convolution with its parameters.
+struct Conv {
+    weight: Tensor<4>,
+    bias: Tensor<1>,
+    /// Side of the filter.
+    size: usize,
+    groups: usize,
+    /// Factor of negative results.
+    slope: f32,
+}
+
+impl Conv {
+    fn new(params: &BTreeMap<String, Param>, name: &str, size: usize, groups: usize, slope: f32) -> Self {
+        let (Param::Weight(weight), Param::Bias(bias)) =
+            (&params[&format!("{name}.weight")], &params[&format!("{name}.bias")])
+        else {
+            unreachable!("weights have four axes and biases one")
+        };
+        Self { weight: weight.clone(), bias: bias.clone(), size, groups, slope }
+    }
+}
+
+fn conv(x: Tensor<4>, conv: Conv, by: Kernels) -> Tensor<4> {
+    let Conv { weight, bias, size, groups, slope } = conv;
     if by == Kernels::Own {
-        return flex_ops::conv(x, (weight.clone(), bias.clone()), slope);
+        return flex_ops::conv(x, (weight, bias), slope);
     }
     let half = size / 2;
     let options = ConvOptions::new([1, 1], [0, 0], [1, 1], groups);
-    let y = conv2d(repeat_edge(x, (half, half)), weight.clone(), Some(bias.clone()), options);
+    let y = conv2d(repeat_edge(x, (half, half)), weight, Some(bias), options);
     if slope == 1.0 { y } else { leaky_relu(y, f64::from(slope)) }
 }
 

@@ -25,6 +25,16 @@ pub(crate) struct Sample {
     target: Vec<f16>,
 }
 
+/// A part of a frame (px).
+#[derive(Debug, Clone, Copy)]
+struct Square {
+    /// Left edge.
+    x: usize,
+    /// Upper edge.
+    y: usize,
+    side: usize,
+}
+
 /// A square crop: features CxSxS, target SxS, 1 where geometry is seen SxS.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Crop {
@@ -61,14 +71,14 @@ impl Sample {
         let frame = Frame::load(&path, &hints)?;
         let ao = frame.ao.ok_or_else(|| Error::file(&path, "a channel `ao`", "none"))?;
         let params = AoParams::new(entry.radius).map_err(Error::in_file(&path))?;
-        let of = (sampled(model), model.search);
-        Self::new((&frame.gbuffer, params), &ao, of).map_err(Error::in_file(&path))
+        Self::new((&frame.gbuffer, params), &ao, sampled(model), model.search).map_err(Error::in_file(&path))
     }
 
     fn new(
         (gbuffer, params): (&GBuffer, AoParams),
         ao: &AoImage,
-        (features_of, search): (Features, Option<SearchConfig>),
+        features_of: Features,
+        search: Option<SearchConfig>,
     ) -> aonet::Result<Self> {
         let (width, height) = (gbuffer.width(), gbuffer.height());
         let found = search.map(|search| search_visibility(&search, gbuffer, params)).transpose()?;
@@ -83,8 +93,9 @@ impl Sample {
         self.target.iter().map(|v| f64::from(v.to_f32())).sum::<f64>() / self.target.len() as f64
     }
 
-    /// The crop with the top-left corner (x, y), turned by `symmetry`.
-    fn crop(&self, (x, y, side): (usize, usize, usize), symmetry: Symmetry) -> Crop {
+    /// The crop of a square, turned by `symmetry`.
+    fn crop(&self, square: Square, symmetry: Symmetry) -> Crop {
+        let Square { x, y, side } = square;
         let area = side * side;
         let mut crop = Crop {
             features: vec![0.0; self.features_of.channels().len() * area],
@@ -194,7 +205,7 @@ pub(crate) fn draw(samples: &[Sample], config: &TrainConfig, step: u64, index: u
         let sample = &samples[random.below(samples.len())];
         let x = random.below(sample.width - config.crop + 1);
         let y = random.below(sample.height - config.crop + 1);
-        let crop = sample.crop((x, y, config.crop), symmetry(config.augment, &mut random));
+        let crop = sample.crop(Square { x, y, side: config.crop }, symmetry(config.augment, &mut random));
         let share = crop.foreground.iter().sum::<f32>() / crop.foreground.len() as f32;
         if share >= LEAST_FOREGROUND {
             return crop;
@@ -250,8 +261,8 @@ mod tests {
         let gbuffer = GBuffer::new(camera, depth, (0..256).map(normal).collect::<Vec<_>>()).unwrap();
         let crop = |features| {
             let ao = AoImage::open(Size::px(16, 16));
-            let sample = Sample::new((&gbuffer, AoParams::new(1.0).unwrap()), &ao, (features, None)).unwrap();
-            sample.crop((0, 0, 16), Symmetry { mirror: true, quarter_turns: 1 })
+            let sample = Sample::new((&gbuffer, AoParams::new(1.0).unwrap()), &ao, features, None).unwrap();
+            sample.crop(Square { x: 0, y: 0, side: 16 }, Symmetry { mirror: true, quarter_turns: 1 })
         };
         let (plain, encoded) = (crop(Features::normal()), crop(Features::normal_encoded()));
         assert_eq!(plain.foreground, encoded.foreground);

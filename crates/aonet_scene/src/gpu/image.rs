@@ -3,7 +3,7 @@
 use super::memory::{Context, Ring};
 use super::program;
 use aonet::gpu::{bind, cleared, cover_pipeline, wgpu};
-use aonet::{Error, Result};
+use aonet::{Error, Result, Size};
 
 /// The pass that divides open rays by rays.
 #[derive(Debug)]
@@ -31,7 +31,7 @@ impl Image {
 
     /// # Errors
     /// When the texture has another size or format, or cannot be rendered to.
-    pub(super) fn check(&self, visibility: &wgpu::TextureView, size: (usize, usize)) -> Result<()> {
+    pub(super) fn check(&self, visibility: &wgpu::TextureView, size: Size) -> Result<()> {
         let texture = visibility.texture();
         check_size("visibility", texture, size)?;
         let (format, usage) = (texture.format(), texture.usage());
@@ -68,11 +68,7 @@ impl Image {
 
 /// # Errors
 /// When the texture has another size.
-pub(super) fn check_size(what: &str, texture: &wgpu::Texture, size: (usize, usize)) -> Result<()> {
-    let found = (texture.width() as usize, texture.height() as usize);
-    if found == size {
-        return Ok(());
-    }
-    let [expected, found] = [size, found].map(|(width, height)| format!("{width}x{height}"));
-    Err(Error::size(format!("{what} texture"), expected, found))
+pub(super) fn check_size(what: &str, texture: &wgpu::Texture, size: Size) -> Result<()> {
+    let found = Size::new(texture.width() as usize, texture.height() as usize)?;
+    size.expect(&format!("{what} texture"), found)
 }

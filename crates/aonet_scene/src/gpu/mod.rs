@@ -13,7 +13,7 @@
 //!
 //! fn once(device: &wgpu::Device, queue: &wgpu::Queue, tracer: &Tracer) -> aonet_scene::Result<Reference> {
 //!     let scene = SceneBuffers::new((device, queue), tracer)?;
-//!     Reference::new(&scene, (1280, 720), ReferenceOptions::default())
+//!     Reference::new(&scene, aonet::Size::px(1280, 720), ReferenceOptions::default())
 //! }
 //!
 //! /// Whenever the camera has moved. A view can be kept for as long as the textures are the same.

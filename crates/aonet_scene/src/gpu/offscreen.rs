@@ -7,7 +7,7 @@ use crate::gbuffer::Surface;
 use crate::reference::Sampling;
 use crate::trace::Tracer;
 use aonet::gpu::{Device, scoped, wgpu};
-use aonet::{AoImage, AoParams, Error};
+use aonet::{AoImage, AoParams, Error, Size};
 
 /// A scene on a device, for images in main memory.
 #[derive(Debug)]
@@ -27,7 +27,7 @@ impl<'a> Offscreen<'a> {
         let scene = SceneBuffers::new((&device.device, &device.queue), tracer)?;
         let options =
             ReferenceOptions { sampling: Sampling { spp: 1, seed: 0 }, ..ReferenceOptions::default() };
-        let reference = Reference::new(&scene, (1, 1), options)?;
+        let reference = Reference::new(&scene, Size::px(1, 1), options)?;
         Ok(Self { device: device.clone(), tracer, reference })
     }
 
@@ -46,7 +46,7 @@ impl<'a> Offscreen<'a> {
         progress: &(dyn Fn(u64) + Sync),
     ) -> Result<AoImage> {
         let surface = &*surface.without_margin();
-        let size = (surface.gbuffer.width(), surface.gbuffer.height());
+        let size = surface.gbuffer.size();
         let (device, reference) = (&self.device, &mut self.reference);
         if reference.size() != size {
             reference.resize(size)?;

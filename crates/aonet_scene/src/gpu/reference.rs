@@ -5,13 +5,13 @@ use super::memory::{Context, PLACES, Ring};
 use super::order::{Batch, Walk};
 use super::program;
 use super::scene::{self, SceneBuffers};
-use super::start::{BoundTextures, Points, Start, Textures};
+use super::start::{BoundTextures, Destination, Points, Start, Textures};
 use crate::gbuffer::Surface;
 use crate::reference::{Sampling, spiral};
 use crate::trace::Tracer;
 use crate::{Error, Result};
-use aonet::AoParams;
 use aonet::gpu::{DepthEncoding, Frame, bind, scoped, wgpu};
+use aonet::{AoParams, Size};
 
 /// Most rays of a dispatch, so that it ends before a driver's watchdog acts.
 // guess: a tenth of a second at ten million rays per second, which is slow.
@@ -68,10 +68,17 @@ struct Programs {
     image: Image,
 }
 
+/// What the rays of every size read: the parameters of dispatches, and the points of the spiral.
+#[derive(Debug, Clone, Copy)]
+struct Parameters<'a> {
+    ring: &'a Ring,
+    spokes: &'a wgpu::Buffer,
+}
+
 /// Resources that depend on the size.
 #[derive(Debug)]
 struct Sized {
-    size: (usize, usize),
+    size: Size,
     points: Points,
     open: wgpu::Buffer,
     rays: wgpu::BindGroup,
@@ -99,19 +106,19 @@ pub(super) fn source() -> String {
 }
 
 impl Reference {
-    /// A reference of `size` (width, height) (px): all background until [`start`](Self::start) or [`set_surface`](Self::set_surface).
+    /// A reference of `size`: all background until [`start`](Self::start) or [`set_surface`](Self::set_surface).
     ///
     /// # Errors
-    /// When a side is 0 or the image too large for the device, `spp` is 0 or too large, the output cannot be rendered to,
+    /// When the image is too large for the device, `spp` is 0 or too large, the output cannot be rendered to,
     /// or there is not enough memory.
-    pub fn new(scene: &SceneBuffers, size: (usize, usize), options: ReferenceOptions) -> Result<Self> {
+    pub fn new(scene: &SceneBuffers, size: Size, options: ReferenceOptions) -> Result<Self> {
         options.sampling.check()?;
         let context = &scene.context;
         let made = scoped(&context.device, "reference", || {
             let programs = Programs::new(context, &options);
             let ring = context.ring();
             let spokes = spokes(context, options.sampling)?;
-            let sized = Sized::new(scene, &programs, (&ring, &spokes), size)?;
+            let sized = Sized::new(scene, &programs, Parameters { ring: &ring, spokes: &spokes }, size)?;
             Ok((programs, ring, spokes, sized))
         });
         let (programs, ring, spokes, sized) = made?;
@@ -119,15 +126,15 @@ impl Reference {
         Ok(Self { scene: scene.clone(), options, programs, spokes, ring, sized, radius: 1.0, walk })
     }
 
-    /// Changes the size to `size` (width, height) (px); views of another size become invalid, and the start of rays
+    /// Changes the size to `size`; views of another size become invalid, and the start of rays
     /// must be set again. After an error the reference does not change.
     ///
     /// # Errors
-    /// When a side is 0 or the image too large for the device, or there is not enough memory.
-    pub fn resize(&mut self, size: (usize, usize)) -> Result<()> {
-        let parts = (&self.ring, &self.spokes);
+    /// When the image is too large for the device, or there is not enough memory.
+    pub fn resize(&mut self, size: Size) -> Result<()> {
+        let parameters = Parameters { ring: &self.ring, spokes: &self.spokes };
         self.sized = scoped(&self.scene.context.device, "reference", || {
-            Sized::new(&self.scene, &self.programs, parts, size)
+            Sized::new(&self.scene, &self.programs, parameters, size)
         })?;
         self.reset();
         Ok(())
@@ -141,10 +148,11 @@ impl Reference {
         sampling.check()?;
         if sampling.spp != self.options.sampling.spp {
             let context = &self.scene.context;
-            let parts = (&self.sized.points, &self.sized.open);
             (self.spokes, self.sized.rays) = scoped(&context.device, "reference", || {
                 let spokes = spokes(context, sampling)?;
-                let rays = self.programs.rays_group(&self.scene, (&self.ring, &spokes), parts);
+                let parameters = Parameters { ring: &self.ring, spokes: &spokes };
+                let Sized { points, open, .. } = &self.sized;
+                let rays = self.programs.rays_group(&self.scene, parameters, points, open);
                 Ok((spokes, rays))
             })?;
         }
@@ -163,8 +171,8 @@ impl Reference {
         self.walk.samples
     }
 
-    /// Width and height (px).
-    pub fn size(&self) -> (usize, usize) {
+    /// The size of the image.
+    pub fn size(&self) -> Size {
         self.sized.size
     }
 
@@ -207,8 +215,9 @@ impl Reference {
         frame: &Frame,
     ) -> Result<()> {
         let radius = frame.params.radius();
-        let to = (&self.scene.context, &mut self.ring, &self.sized.points);
-        self.programs.start.encode(encoder, (view, frame), to)?;
+        let to =
+            Destination { context: &self.scene.context, ring: &mut self.ring, points: &self.sized.points };
+        self.programs.start.encode(encoder, view, frame, to)?;
         self.radius = radius;
         self.reset();
         Ok(())
@@ -240,7 +249,7 @@ impl Reference {
             this.encode_rays(encoder, dispatch);
             Ok(())
         })?;
-        let words = [self.sized.size.0 as u32, self.walk.samples];
+        let words = [self.sized.size.width() as u32, self.walk.samples];
         let numbers = self.ring.put(&self.scene.context.queue, &words);
         self.programs.image.encode(encoder, visibility, (&self.sized.image, numbers));
         Ok(())
@@ -261,7 +270,7 @@ impl Reference {
     }
 
     fn pixels(&self) -> usize {
-        self.sized.size.0 * self.sized.size.1
+        self.sized.size.pixels()
     }
 
     /// Runs `samples` more rays a pixel in parts that are small enough.
@@ -337,9 +346,11 @@ impl Programs {
     fn rays_group(
         &self,
         scene: &SceneBuffers,
-        (ring, spokes): (&Ring, &wgpu::Buffer),
-        (points, open): (&Points, &wgpu::Buffer),
+        parameters: Parameters<'_>,
+        points: &Points,
+        open: &wgpu::Buffer,
     ) -> wgpu::BindGroup {
+        let Parameters { ring, spokes } = parameters;
         let [origins, normals, geo_normals] = &points.buffers;
         let buffers = [&scene.nodes, &scene.triangles, spokes, origins, normals, geo_normals, open];
         program::group(&scene.context.device, "reference rays", &self.rays_layout, &ring.buffer, &buffers)
@@ -350,15 +361,14 @@ impl Sized {
     fn new(
         scene: &SceneBuffers,
         programs: &Programs,
-        parts: (&Ring, &wgpu::Buffer),
-        (width, height): (usize, usize),
+        parameters: Parameters<'_>,
+        size: Size,
     ) -> aonet::Result<Self> {
-        aonet::Size::new(width, height)?;
         let context = &scene.context;
-        let open = context.storage("open rays", width * height * size_of::<u32>())?;
-        let points = programs.start.points(scene, parts.0, (width, height))?;
-        let rays = programs.rays_group(scene, parts, (&points, &open));
-        let image = programs.image.group(context, parts.0, &open);
-        Ok(Self { size: (width, height), points, open, rays, image })
+        let open = context.storage("open rays", size.pixels() * size_of::<u32>())?;
+        let points = programs.start.points(scene, parameters.ring, size)?;
+        let rays = programs.rays_group(scene, parameters, &points, &open);
+        let image = programs.image.group(context, parameters.ring, &open);
+        Ok(Self { size, points, open, rays, image })
     }
 }

@@ -7,7 +7,7 @@ use super::scene::{self, SceneBuffers};
 use crate::gbuffer::Surface;
 use crate::reference::Point;
 use crate::{Result, Scene};
-use aonet::Error;
+use aonet::Size;
 use aonet::gpu::{DepthEncoding, Frame, LENS, LENS_WORDS, Lens, bind, scoped, wgpu};
 use glam::Vec3A;
 use rayon::prelude::*;
@@ -29,7 +29,7 @@ pub struct Textures<'a> {
 /// Textures that a [`Reference`](super::Reference) can start from.
 #[derive(Debug)]
 pub struct BoundTextures {
-    size: (usize, usize),
+    size: Size,
     group: wgpu::BindGroup,
 }
 
@@ -37,14 +37,21 @@ pub struct BoundTextures {
 const POINT_BYTES: usize = 4 * size_of::<f32>();
 
 /// Columns and rows of a workgroup.
-const TILE: (u32, u32) = (16, 8);
+const TILE: [usize; 2] = [16, 8];
 
 /// Start points of an image: origin, normal, geometric normal; the normals are zero on the background.
 #[derive(Debug)]
 pub(super) struct Points {
-    size: (usize, usize),
+    size: Size,
     pub(super) buffers: [wgpu::Buffer; 3],
     group: wgpu::BindGroup,
+}
+
+/// Where a pass writes start points, and the memory of its parameters.
+pub(super) struct Destination<'a> {
+    pub(super) context: &'a Context,
+    pub(super) ring: &'a mut Ring,
+    pub(super) points: &'a Points,
 }
 
 /// The pass that computes start points from textures.
@@ -86,7 +93,7 @@ impl Start {
     pub(super) fn view(
         &self,
         context: &Context,
-        size: (usize, usize),
+        size: Size,
         textures: Textures<'_>,
     ) -> aonet::Result<BoundTextures> {
         let Textures { normal, geo_normal, depth } = textures;
@@ -103,14 +110,9 @@ impl Start {
 
     /// # Errors
     /// When the image is larger than the device's largest binding.
-    pub(super) fn points(
-        &self,
-        scene: &SceneBuffers,
-        ring: &Ring,
-        size: (usize, usize),
-    ) -> aonet::Result<Points> {
+    pub(super) fn points(&self, scene: &SceneBuffers, ring: &Ring, size: Size) -> aonet::Result<Points> {
         let context = &scene.context;
-        let buffer = || context.storage("start points", size.0 * size.1 * POINT_BYTES);
+        let buffer = || context.storage("start points", size.pixels() * POINT_BYTES);
         let buffers = [buffer()?, buffer()?, buffer()?];
         let [origins, normals, geo_normals] = &buffers;
         let seen = [&scene.nodes, &scene.triangles, origins, normals, geo_normals];
@@ -125,18 +127,12 @@ impl Start {
     pub(super) fn encode(
         &self,
         encoder: &mut wgpu::CommandEncoder,
-        (view, frame): (&BoundTextures, &Frame),
-        (context, ring, points): (&Context, &mut Ring, &Points),
+        view: &BoundTextures,
+        frame: &Frame,
+        Destination { context, ring, points }: Destination<'_>,
     ) -> aonet::Result<()> {
-        let (width, height) = points.size;
-        for (what, found) in
-            [("view", view.size), ("camera of a frame", (frame.camera.width(), frame.camera.height()))]
-        {
-            if found != points.size {
-                let found = format!("{}x{}", found.0, found.1);
-                return Err(Error::size(what, format!("{width}x{height}"), found));
-            }
-        }
+        points.size.expect("view", view.size)?;
+        points.size.expect("camera of a frame", frame.camera.size())?;
         let numbers = ring.put(&context.queue, &frame_words(self.depth, frame)?);
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
             label: Some("start points"),
@@ -145,7 +141,8 @@ impl Start {
         pass.set_pipeline(&self.pipeline);
         pass.set_bind_group(0, &points.group, &[numbers]);
         pass.set_bind_group(1, &view.group, &[]);
-        pass.dispatch_workgroups((width as u32).div_ceil(TILE.0), (height as u32).div_ceil(TILE.1), 1);
+        let [x, y] = [points.size.width().div_ceil(TILE[0]), points.size.height().div_ceil(TILE[1])];
+        pass.dispatch_workgroups(x as u32, y as u32, 1);
         Ok(())
     }
 }
@@ -156,13 +153,9 @@ impl Points {
     /// # Errors
     /// When it is of another size, or not of `scene`.
     pub(super) fn upload(&self, context: &Context, scene: &Scene, surface: &Surface) -> Result<()> {
-        let found = (surface.gbuffer.width(), surface.gbuffer.height());
-        if found != self.size {
-            let [expected, found] = [self.size, found].map(|(width, height)| format!("{width}x{height}"));
-            return Err(Error::size("surface", expected, found).into());
-        }
+        self.size.expect("surface", surface.gbuffer.size())?;
         surface.check_of(scene)?;
-        let mut bytes = [(); 3].map(|()| vec![0; found.0 * found.1 * POINT_BYTES]);
+        let mut bytes = [(); 3].map(|()| vec![0; self.size.pixels() * POINT_BYTES]);
         let [origins, normals, geo_normals] = bytes.each_mut().map(|b| b.par_chunks_exact_mut(POINT_BYTES));
         origins.zip(normals).zip(geo_normals).enumerate().for_each(|(i, ((origin, normal), geo_normal))| {
             if let Some(point) = Point::new(scene, surface, i) {

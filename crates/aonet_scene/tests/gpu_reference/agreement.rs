@@ -2,6 +2,7 @@
 
 use super::scenes::{cuboid, floor, quad, sphere, view};
 use super::{LEAST_PSNR, agreement, both, device, procedural};
+use aonet::Size;
 use aonet_scene::View;
 use aonet_scene::gbuffer::render;
 use aonet_scene::gpu::Offscreen;
@@ -53,7 +54,7 @@ fn every_procedural_scene_agrees_with_the_cpu() {
     let Some(device) = device() else { return };
     for (i, &kind) in Kind::ALL.iter().enumerate() {
         // No size is a multiple of anything.
-        let (scene, view) = procedural(kind, (37 + 2 * i, 23 + 2 * i));
+        let (scene, view) = procedural(kind, Size::px(37 + 2 * i, 23 + 2 * i));
         let (surface, cpu, gpu) = both(&device, (scene, &view), Sampling { spp: 60, seed: 1 << 40 });
         let n = surface.triangle.len();
         let foreground = (0..n).filter(|&i| surface.gbuffer.is_foreground(i)).count();

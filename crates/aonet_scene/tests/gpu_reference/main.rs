@@ -9,9 +9,9 @@ mod refusals;
 mod scenes;
 mod textures;
 
-use aonet::AoImage;
 use aonet::gpu::{Device, wgpu};
 use aonet::metrics::psnr;
+use aonet::{AoImage, Size};
 use aonet_scene::gbuffer::{Surface, render};
 use aonet_scene::gpu::{Offscreen, Reference, ReferenceOptions, SceneBuffers};
 use aonet_scene::reference::{Sampling, reference_ao};
@@ -43,22 +43,22 @@ fn agreement(a: &AoImage, b: &AoImage) -> f64 {
 }
 
 /// A view of a procedural scene that shows something of it.
-fn procedural(kind: Kind, (width, height): (usize, usize)) -> (Scene, View) {
+fn procedural(kind: Kind, size: Size) -> (Scene, View) {
     use aonet_scene::staging::{SceneSpec, SceneSplit, propose_view};
     let spec = SceneSpec::procedural(kind, 3, SceneSplit::Train);
-    let (tracer, view) = propose_view(&spec, (width, height), 1).unwrap();
+    let (tracer, view) = propose_view(&spec, size, 1).unwrap();
     (tracer.scene().clone(), view)
 }
 
 /// A small, varied scene with its surface.
-fn stage(size: (usize, usize)) -> (Tracer, View, Surface) {
+fn stage(size: Size) -> (Tracer, View, Surface) {
     let (scene, view) = procedural(Kind::ToyBlocks, size);
     let tracer = Tracer::new(scene);
     let surface = render(&tracer, &view).unwrap();
     (tracer, view, surface)
 }
 
-fn reference(device: &Device, tracer: &Tracer, size: (usize, usize), options: ReferenceOptions) -> Reference {
+fn reference(device: &Device, tracer: &Tracer, size: Size, options: ReferenceOptions) -> Reference {
     let scene = SceneBuffers::new((&device.device, &device.queue), tracer).unwrap();
     Reference::new(&scene, size, options).unwrap()
 }

@@ -1,18 +1,18 @@
 //! A few rays at a time.
 
 use super::{FLOAT, LEAST_PSNR, accumulated, agreement, device, reference, stage};
-use aonet::AoParams;
 use aonet::gpu::wgpu;
+use aonet::{AoParams, Size};
 use aonet_scene::gpu::ReferenceOptions;
 use aonet_scene::reference::{Sampling, reference_ao};
 
 #[test]
 fn rays_a_few_at_a_time_make_the_same_image_as_all_at_once() {
     let Some(device) = device() else { return };
-    let (tracer, view, surface) = stage((41, 27));
+    let (tracer, view, surface) = stage(Size::px(41, 27));
     let (params, sampling) = (view.params().unwrap(), Sampling { spp: 60, seed: 5 });
     let options = ReferenceOptions { sampling, output: FLOAT, ..ReferenceOptions::default() };
-    let mut reference = reference(&device, &tracer, (41, 27), options);
+    let mut reference = reference(&device, &tracer, Size::px(41, 27), options);
     assert!(accumulated(&device, &mut reference, &[0]).visibility().iter().all(|v| *v == 1.0), "no rays");
     reference.set_surface(&tracer, &surface, params).unwrap();
     let once = accumulated(&device, &mut reference, &[60]);
@@ -38,12 +38,12 @@ fn rays_a_few_at_a_time_make_the_same_image_as_all_at_once() {
 #[test]
 fn what_was_set_last_counts() {
     let Some(device) = device() else { return };
-    let (tracer, view, surface) = stage((33, 18));
+    let (tracer, view, surface) = stage(Size::px(33, 18));
     let params = view.params().unwrap();
     let options = ReferenceOptions { output: FLOAT, ..ReferenceOptions::default() };
-    let mut reference = reference(&device, &tracer, (20, 10), options);
+    let mut reference = reference(&device, &tracer, Size::px(20, 10), options);
     assert!(reference.set_surface(&tracer, &surface, params).is_err(), "another size");
-    reference.resize((33, 18)).unwrap();
+    reference.resize(Size::px(33, 18)).unwrap();
     reference.set_surface(&tracer, &surface, params).unwrap();
     for (radius, sampling) in [
         (params.radius(), Sampling { spp: 16, seed: 1 }),
@@ -64,12 +64,12 @@ fn what_was_set_last_counts() {
 #[test]
 fn the_texture_may_have_any_format_of_one_channel() {
     let Some(device) = device() else { return };
-    let (tracer, view, surface) = stage((33, 18));
+    let (tracer, view, surface) = stage(Size::px(33, 18));
     let sampling = Sampling { spp: 16, seed: 1 };
     let images = [(FLOAT, 0.0), (wgpu::TextureFormat::R16Float, 1e-3), (wgpu::TextureFormat::R8Unorm, 3e-3)];
     let images = images.map(|(output, tolerance)| {
         let options = ReferenceOptions { sampling, output, ..ReferenceOptions::default() };
-        let mut reference = reference(&device, &tracer, (33, 18), options);
+        let mut reference = reference(&device, &tracer, Size::px(33, 18), options);
         reference.set_surface(&tracer, &surface, view.params().unwrap()).unwrap();
         (accumulated(&device, &mut reference, &[16]), tolerance)
     });

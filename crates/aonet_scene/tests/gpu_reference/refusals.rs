@@ -13,26 +13,25 @@ use std::task::{Context, Poll, Waker};
 #[test]
 fn wrong_sizes_formats_and_frames_are_errors() {
     let Some(device) = device() else { return };
-    let (tracer, view, surface) = stage((20, 12));
+    let (tracer, view, surface) = stage(Size::px(20, 12));
     let (params, camera) = (view.params().unwrap(), view.camera().unwrap());
     let scene = SceneBuffers::new((&device.device, &device.queue), &tracer).unwrap();
     let options = ReferenceOptions { output: FLOAT, ..ReferenceOptions::default() };
     let error = |found: Result<Reference, aonet_scene::Error>| found.unwrap_err().to_string();
-    assert!(error(Reference::new(&scene, (0, 5), options)).contains("0x5"));
-    assert!(error(Reference::new(&scene, (32_768, 32_768), options)).contains("bytes"));
+    assert!(error(Reference::new(&scene, Size::px(32_768, 32_768), options)).contains("bytes"));
     let none = ReferenceOptions { sampling: Sampling { spp: 0, seed: 0 }, ..options };
-    assert!(error(Reference::new(&scene, (5, 5), none)).contains("rays per pixel"));
+    assert!(error(Reference::new(&scene, Size::px(5, 5), none)).contains("rays per pixel"));
     let no_target = ReferenceOptions { output: wgpu::TextureFormat::Rgb9e5Ufloat, ..options };
-    assert!(error(Reference::new(&scene, (5, 5), no_target)).contains("device"));
-    let mut reference = Reference::new(&scene, (20, 12), options).unwrap();
-    assert!(reference.resize((12, 0)).is_err() && reference.size() == (20, 12));
+    assert!(error(Reference::new(&scene, Size::px(5, 5), no_target)).contains("device"));
+    let mut reference = Reference::new(&scene, Size::px(20, 12), options).unwrap();
+    assert!(reference.resize(Size::px(32_768, 32_768)).is_err() && reference.size() == Size::px(20, 12));
     let mut encoder = device.device.create_command_encoder(&Default::default());
     let target = |size, format| target(&device, size, format);
     for (visibility, samples, what) in [
-        (target((12, 20), FLOAT), 1, "12x20"),
-        (target((20, 12), wgpu::TextureFormat::R8Unorm), 1, "R8Unorm"),
-        (filled(&device, (20, 12), FLOAT, &[0; 960]), 1, "RENDER_ATTACHMENT"),
-        (target((20, 12), FLOAT), u32::MAX, "rays at once"),
+        (target(Size::px(12, 20), FLOAT), 1, "12x20"),
+        (target(Size::px(20, 12), wgpu::TextureFormat::R8Unorm), 1, "R8Unorm"),
+        (filled(&device, Size::px(20, 12), FLOAT, &[0; 960]), 1, "RENDER_ATTACHMENT"),
+        (target(Size::px(20, 12), FLOAT), u32::MAX, "rays at once"),
     ] {
         let found = reference.encode(&mut encoder, samples, &visibility).unwrap_err().to_string();
         assert!(found.contains(what), "{found}");
@@ -41,8 +40,8 @@ fn wrong_sizes_formats_and_frames_are_errors() {
     let shown = Shown { camera, depth: surface.gbuffer.depth(), normal, geo_normal };
     let [normal, geo_normal, depth] = &shown.textures(&device, FLOATS, |d| d);
     let textures = Textures { normal, geo_normal, depth };
-    let small = filled(&device, (10, 12), FLOAT, &[0; 480]);
-    let unread = target((20, 12), FLOAT);
+    let small = filled(&device, Size::px(10, 12), FLOAT, &[0; 480]);
+    let unread = target(Size::px(20, 12), FLOAT);
     for (textures, what) in [
         (Textures { normal: &small, ..textures }, "normal"),
         (Textures { depth: &small, ..textures }, "depth"),
@@ -67,7 +66,7 @@ fn wrong_sizes_formats_and_frames_are_errors() {
 #[test]
 fn a_lost_device_is_an_error() {
     let Some(device) = device() else { return };
-    let (tracer, view, surface) = stage((20, 12));
+    let (tracer, view, surface) = stage(Size::px(20, 12));
     let (params, sampling) = (view.params().unwrap(), Sampling { spp: 4, seed: 1 });
     let mut offscreen = Offscreen::new(&device, &tracer).unwrap();
     offscreen.reference_ao(&surface, params, sampling, &|_| ()).unwrap();
@@ -98,7 +97,7 @@ fn limited(limits: wgpu::Limits) -> (wgpu::Device, wgpu::Queue) {
 #[test]
 fn the_limits_of_webgpu_are_enough_and_smaller_ones_are_named() {
     let Some(Device { adapter, .. }) = device() else { return };
-    let (tracer, view, surface) = stage((33, 18));
+    let (tracer, view, surface) = stage(Size::px(33, 18));
     let (params, sampling) = (view.params().unwrap(), Sampling { spp: 16, seed: 1 });
     let (device, queue) = limited(wgpu::Limits::defaults());
     let plain = Device { adapter, device, queue, matrices: None };

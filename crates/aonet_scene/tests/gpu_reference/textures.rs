@@ -4,7 +4,7 @@ use super::device::{filled, read, target, texture};
 use super::scenes::{cuboid, floor, quad, view};
 use super::{FLOAT, LEAST_PSNR, agreement, device, procedural, reference, stage};
 use aonet::gpu::{DepthEncoding, Device, Frame, wgpu};
-use aonet::{AoImage, Camera};
+use aonet::{AoImage, Camera, Size};
 use aonet_scene::View;
 use aonet_scene::gbuffer::{Surface, render};
 use aonet_scene::gpu::{ReferenceOptions, Textures};
@@ -33,7 +33,7 @@ impl Shown<'_> {
         normals: wgpu::TextureFormat,
         stored: impl Fn(f32) -> f32,
     ) -> [wgpu::TextureView; 3] {
-        let size = (self.camera.width(), self.camera.height());
+        let size = self.camera.size();
         let bytes = |x: f32| match normals {
             wgpu::TextureFormat::Rgba16Float => half::f16::from_f32(x).to_le_bytes().to_vec(),
             _ => x.to_le_bytes().to_vec(),
@@ -55,7 +55,7 @@ fn from_textures(
     (textures, frame): (&[wgpu::TextureView; 3], &Frame),
     options: ReferenceOptions,
 ) -> AoImage {
-    let size = (frame.camera.width(), frame.camera.height());
+    let size = frame.camera.size();
     let mut reference = reference(device, tracer, size, options);
     let [normal, geo_normal, depth] = textures;
     let view = reference.view(Textures { normal, geo_normal, depth }).unwrap();
@@ -69,7 +69,7 @@ fn from_textures(
 #[test]
 fn rays_start_at_what_textures_show() {
     let Some(device) = device() else { return };
-    let size = (45, 31);
+    let size = Size::px(45, 31);
     let (tracer, view, _) = stage(size);
     let height = 0.5 * (Vec3::from(view.eye) - Vec3::from(view.target)).length();
     for ortho_height in [None, Some(height)] {
@@ -79,7 +79,7 @@ fn rays_start_at_what_textures_show() {
         let sampling = Sampling { spp: 60, seed: 5 };
         let cpu = reference_ao(&tracer, &surface, params, sampling, &|_| ()).unwrap();
         // As a renderer leaves them that does not know from which side a triangle is seen.
-        let backs: Vec<usize> = (0..size.0 * size.1).filter(|i| i % 3 == 0).collect();
+        let backs: Vec<usize> = (0..size.pixels()).filter(|i| i % 3 == 0).collect();
         let (depth, mut normal) = (surface.gbuffer.depth().to_vec(), surface.gbuffer.normal().to_vec());
         for i in backs {
             normal[i] = normal[i].map(|x| -2.0 * x);
@@ -127,7 +127,7 @@ fn moved(surface: &Surface) -> Vec<f32> {
 #[test]
 fn rays_start_on_the_surface_wherever_a_rasteriser_has_moved_it() {
     let Some(device) = device() else { return };
-    let (scene, view) = procedural(Kind::FurnishedRoom, (64, 40));
+    let (scene, view) = procedural(Kind::FurnishedRoom, Size::px(64, 40));
     let tracer = Tracer::new(scene);
     let surface = render(&tracer, &view).unwrap();
     let (params, camera) = (view.params().unwrap(), view.camera().unwrap());
@@ -177,7 +177,7 @@ fn rays_start_at_the_backs_of_triangles_as_at_their_fronts() {
 }
 
 /// A depth buffer as a renderer leaves it, all of it `stored`.
-fn depth_buffer(device: &Device, size: (usize, usize), stored: f32) -> wgpu::TextureView {
+fn depth_buffer(device: &Device, size: Size, stored: f32) -> wgpu::TextureView {
     let usage = wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::RENDER_ATTACHMENT;
     let depth = texture(device, size, wgpu::TextureFormat::Depth32Float, usage);
     let depth = depth.create_view(&Default::default());
@@ -201,13 +201,13 @@ fn depth_buffer(device: &Device, size: (usize, usize), stored: f32) -> wgpu::Tex
 #[test]
 fn rays_start_at_a_depth_buffer() {
     let Some(device) = device() else { return };
-    let size = (20, 12);
+    let size = Size::px(20, 12);
     let mut scene = floor(100.0);
     scene.append(&quad(Vec3::new(-100.0, 0.5, -100.0), Vec3::X * 200.0, Vec3::Z * 100.0));
     let tracer = Tracer::new(scene);
     let above = view(Vec3::new(0.0, 0.4, 0.2), Vec3::new(0.0, 0.0, 0.2), 1.0);
     let up = [0.0, 0.0, -1.0];
-    let above = View { up, near: 0.25, width: size.0, height: size.1, fov_y_deg: 40.0, ..above };
+    let above = View { up, near: 0.25, width: size.width(), height: size.height(), fov_y_deg: 40.0, ..above };
     let surface = render(&tracer, &above).unwrap();
     let (params, camera) = (above.params().unwrap(), above.camera().unwrap());
     let sampling = Sampling { spp: 60, seed: 5 };

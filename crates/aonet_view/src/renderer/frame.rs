@@ -2,7 +2,7 @@
 
 use super::method::Method;
 use crate::{Error, Result};
-use aonet::{AoParams, Camera};
+use aonet::{AoParams, Camera, Size};
 use std::fmt;
 use std::str::FromStr;
 
@@ -96,11 +96,11 @@ impl FrameParams {
     }
 
     /// Returns the frame after a check of its numbers.
-    pub(super) fn checked(self, (width, height): (usize, usize)) -> Result<Self> {
+    pub(super) fn checked(self, size: Size) -> Result<Self> {
         let wrong = |what: &str, expected: String, found: String| Err(Error::request(what, expected, found));
         let found = self.camera.size();
-        if (found.width(), found.height()) != (width, height) {
-            return wrong("camera of a frame", format!("{width}x{height}"), found.to_string());
+        if found != size {
+            return wrong("camera of a frame", size.to_string(), found.to_string());
         }
         if !(self.far > self.camera.near()) {
             let expected = format!("a distance above near = {}", self.camera.near());

@@ -7,7 +7,7 @@
 //!
 //! let device = Device::wait_for()?;
 //! let (scene, view) = procedural::demo();
-//! let mut renderer = Renderer::on(&device, &scene, (view.width, view.height))?;
+//! let mut renderer = Renderer::on(&device, &scene, view.size()?)?;
 //! let frame = FrameParams::new(view.camera()?, view.params()?);
 //! let mut encoder = device.device.create_command_encoder(&Default::default());
 //! renderer.encode(&mut encoder, &frame)?;
@@ -46,6 +46,7 @@ pub use present::Present;
 pub use stopwatch::PassTime;
 
 use crate::Result;
+use aonet::Size;
 use aonet::gpu::{Device, Kernels, scoped, wgpu};
 use aonet_scene::Scene;
 use aonet_scene::scene::Bounds;
@@ -71,16 +72,12 @@ pub struct Renderer {
 }
 
 impl Renderer {
-    /// A renderer of `scene`, whose images (PNG, JPEG) are decoded, with frames of `size` (width, height) (px). The device needs
+    /// A renderer of `scene`, whose images (PNG, JPEG) are decoded, with frames of `size`. The device needs
     /// the default limits of WebGPU; its features `SHADER_F16` and `TIMESTAMP_QUERY` are used where it has them.
     ///
     /// # Errors
-    /// When a side is 0 or too large for the device, or the scene is.
-    pub fn new(
-        (device, queue): (&wgpu::Device, &wgpu::Queue),
-        scene: &Scene,
-        size: (usize, usize),
-    ) -> Result<Self> {
+    /// When a side or the scene is too large for the device.
+    pub fn new((device, queue): (&wgpu::Device, &wgpu::Queue), scene: &Scene, size: Size) -> Result<Self> {
         let gpu = Gpu { device: device.clone(), queue: queue.clone() };
         targets::check_size(&gpu, size)?;
         let buffers = SceneBuffers::new(&gpu, scene)?;
@@ -102,7 +99,7 @@ impl Renderer {
     ///
     /// # Errors
     /// As [`Renderer::new`].
-    pub fn on(device: &Device, scene: &Scene, size: (usize, usize)) -> Result<Self> {
+    pub fn on(device: &Device, scene: &Scene, size: Size) -> Result<Self> {
         let mut renderer = Self::new((&device.device, &device.queue), scene, size)?;
         renderer.occlusion.kernels = device.matrices.map_or(Kernels::Plain, Kernels::Matrices);
         Ok(renderer)
@@ -131,11 +128,11 @@ impl Renderer {
         self.occlusion.samples()
     }
 
-    /// Changes the size of the frames to `size` (width, height) (px).
+    /// Changes the size of the frames to `size`.
     ///
     /// # Errors
-    /// When a side is 0 or too large, or there is not enough memory; the renderer then does not change.
-    pub fn resize(&mut self, size: (usize, usize)) -> Result<()> {
+    /// When a side is too large for the device, or there is not enough memory; the renderer then does not change.
+    pub fn resize(&mut self, size: Size) -> Result<()> {
         if size == self.size() {
             return Ok(());
         }
@@ -222,8 +219,8 @@ impl Renderer {
         self.scene.bounds
     }
 
-    /// Width and height of the frames (px).
-    pub fn size(&self) -> (usize, usize) {
+    /// The size of the frames.
+    pub fn size(&self) -> Size {
         self.targets.size
     }
 }

@@ -7,6 +7,7 @@ use super::method::Method;
 use super::stopwatch::Stopwatch;
 use super::targets::{self, Target, Targets};
 use crate::{Error, Result};
+use aonet::Size;
 use aonet::gpu::{self, DepthEncoding, Kernels, Options, Textures, View, wgpu};
 use aonet::net::gpu::Session;
 use aonet::net::{Model, shipped};
@@ -47,7 +48,7 @@ enum Runner {
 
 impl Occlusion {
     pub(super) fn new(gpu: &Gpu) -> Self {
-        let open = Target::new(gpu, (1, 1), targets::VISIBILITY);
+        let open = Target::new(gpu, Size::px(1, 1), targets::VISIBILITY);
         let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: None, rows_per_image: None };
         let one = half::f16::ONE.to_le_bytes();
         gpu.queue.write_texture(open.texture.as_image_copy(), &one, layout, open.texture.size());

@@ -2,8 +2,9 @@
 
 use super::{Method, Renderer};
 use crate::{Error, Result};
+use aonet::gpu::bind::extent;
 use aonet::gpu::{scoped, wgpu};
-use aonet::{AoImage, Camera, GBuffer, Size};
+use aonet::{AoImage, Camera, GBuffer};
 use half::f16;
 use image::RgbImage;
 
@@ -41,10 +42,10 @@ pub fn albedo(renderer: &Renderer) -> Result<RgbImage> {
 }
 
 fn without_alpha(renderer: &Renderer, texels: &[u8]) -> Result<RgbImage> {
-    let (width, height) = renderer.size();
+    let size = renderer.size();
     let rgb = texels.as_chunks().0.iter().flat_map(|[r, g, b, _]| [*r, *g, *b]).collect();
     let missing = || Error::request("picture", "as many texels as the frame has", texels.len());
-    RgbImage::from_raw(width as u32, height as u32, rgb).ok_or_else(missing)
+    RgbImage::from_raw(size.width() as u32, size.height() as u32, rgb).ok_or_else(missing)
 }
 
 /// The last frame's G-buffer. `camera` is the frame's camera.
@@ -68,9 +69,9 @@ pub fn drawn(renderer: &Renderer, camera: &Camera) -> Result<Drawn> {
 /// # Errors
 /// As [`picture`], and when the last frame did not show the method.
 pub fn visibility(renderer: &Renderer, method: Method) -> Result<AoImage> {
-    let size = Size::new(renderer.size().0, renderer.size().1)?;
+    let size = renderer.size();
     let texture = &renderer.occlusion.visibility(method).texture;
-    if (texture.width() as usize, texture.height() as usize) != renderer.size() {
+    if texture.size() != extent(size) {
         return Err(Error::request("method", "one of the last frame", method));
     }
     let texels = texels(renderer, texture)?;

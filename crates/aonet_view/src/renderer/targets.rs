@@ -2,6 +2,8 @@
 
 use super::device::Gpu;
 use crate::Result;
+use aonet::Size;
+use aonet::gpu::bind::extent;
 use aonet::gpu::wgpu;
 use wgpu::TextureFormat as Format;
 
@@ -15,7 +17,7 @@ pub(super) struct Target {
 /// The textures of the G-buffer, and the finished picture.
 #[derive(Debug)]
 pub(super) struct Targets {
-    pub(super) size: (usize, usize),
+    pub(super) size: Size,
     /// View-space unit shading normals towards the viewer; zero on the background.
     pub(super) normal: Target,
     /// Distance along -Z (world units); 0 on the background.
@@ -39,7 +41,7 @@ pub(super) const PICTURE: Format = Format::Rgba8Unorm;
 pub(super) const VISIBILITY: Format = Format::R16Float;
 
 impl Targets {
-    pub(super) fn new(gpu: &Gpu, size: (usize, usize)) -> Self {
+    pub(super) fn new(gpu: &Gpu, size: Size) -> Self {
         let target = |format| Target::new(gpu, size, format);
         Self {
             size,
@@ -54,10 +56,10 @@ impl Targets {
 }
 
 impl Target {
-    pub(super) fn new(gpu: &Gpu, (width, height): (usize, usize), format: Format) -> Self {
+    pub(super) fn new(gpu: &Gpu, size: Size, format: Format) -> Self {
         let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
             label: Some("aonet_view"),
-            size: wgpu::Extent3d { width: width as u32, height: height as u32, depth_or_array_layers: 1 },
+            size: extent(size),
             mip_level_count: 1,
             sample_count: 1,
             dimension: wgpu::TextureDimension::D2,
@@ -76,12 +78,12 @@ impl Target {
 /// Checks that the device has textures of this size.
 ///
 /// # Errors
-/// When a side is 0 or too large.
-pub(super) fn check_size(gpu: &Gpu, (width, height): (usize, usize)) -> Result<()> {
+/// When a side is too large.
+pub(super) fn check_size(gpu: &Gpu, size: Size) -> Result<()> {
     let most = gpu.device.limits().max_texture_dimension_2d as usize;
-    if (1..=most).contains(&width) && (1..=most).contains(&height) {
+    if size.width().max(size.height()) <= most {
         return Ok(());
     }
     let expected = format!("width and height in 1..={most}");
-    Err(aonet::Error::size("frames of a renderer", expected, format!("{width}x{height}")).into())
+    Err(aonet::Error::size("frames of a renderer", expected, size).into())
 }

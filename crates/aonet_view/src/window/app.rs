@@ -136,6 +136,7 @@ mod tests {
     use super::*;
     use crate::renderer::readback;
     use crate::{Method, Show};
+    use aonet::Size;
     use aonet::gpu::Device;
     use std::time::Duration;
     use winit::dpi::PhysicalPosition;
@@ -231,19 +232,17 @@ mod tests {
         live.until("drawn on the new device", |app| samples(app) >= 2);
         readback::image(&live.screen().renderer).unwrap();
 
-        for (width, height) in [(1, 1), (3, 300), (96, 64)] {
-            let _ = live.screen().window.request_inner_size(PhysicalSize::new(width, height));
+        for size in [Size::px(1, 1), Size::px(3, 300), Size::px(96, 64)] {
+            let asked = PhysicalSize::new(size.width() as u32, size.height() as u32);
+            let _ = live.screen().window.request_inner_size(asked);
             let seconds = if is_required() { 120 } else { 5 };
-            if !live.within(seconds, |app| {
-                app.screen.as_ref().is_some_and(|s| s.surface.size() == (width, height))
-            }) {
-                assert!(!is_required(), "never {width}x{height}");
-                eprintln!("skipped: {width}x{height}, which this window manager does not give");
+            if !live.within(seconds, |app| app.screen.as_ref().is_some_and(|s| s.surface.size() == size)) {
+                assert!(!is_required(), "never {size}");
+                eprintln!("skipped: {size}, which this window manager does not give");
                 continue;
             }
-            let frame = (width as usize, height as usize);
             live.until("drawn at its size", |app| {
-                app.screen.as_ref().is_some_and(|s| s.renderer.size() == frame)
+                app.screen.as_ref().is_some_and(|s| s.renderer.size() == size)
             });
             live.until("traced at its size", |app| samples(app) >= 2);
         }

@@ -3,6 +3,7 @@
 use super::input::Request;
 use super::viewer::{Motion, Viewer};
 use crate::renderer::{Method, Show};
+use aonet::Size;
 use egui::{ComboBox, Context, Slider, Ui, Window};
 
 /// Width and height of the panel (points) with a message of a few lines. In a lower window the panel scrolls.
@@ -11,8 +12,7 @@ const SIZE: [f32; 2] = [290.0, 600.0];
 /// Facts about the frame that the controls display.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Facts {
-    /// Width and height (px).
-    pub(super) size: (usize, usize),
+    pub(super) size: Size,
     /// Rays a pixel of the reference so far.
     pub(super) samples: u32,
     /// Whether the device times passes.
@@ -35,7 +35,7 @@ pub(super) fn show(context: &Context, viewer: &mut Viewer, facts: Facts) -> Opti
             ui.label(&viewer.message);
         }
         ui.separator();
-        ui.label(format!("{}x{} px, reference: {} rays", facts.size.0, facts.size.1, facts.samples));
+        ui.label(format!("{} px, reference: {} rays", facts.size, facts.samples));
         if facts.has_clock {
             viewer.history.show(ui);
         } else {

@@ -1,6 +1,7 @@
 //! Mouse and keyboard: they move the camera and the slider.
 
 use super::viewer::{Motion, Viewer};
+use aonet::Size;
 use winit::event::{ElementState, MouseButton, MouseScrollDelta, WindowEvent};
 use winit::keyboard::{KeyCode, PhysicalKey};
 
@@ -42,20 +43,20 @@ pub(super) enum Request {
 }
 
 impl Mouse {
-    /// Handles an event in a window of `size` (px).
-    pub(super) fn on(&mut self, event: &WindowEvent, (width, height): (u32, u32), viewer: &mut Viewer) {
+    /// Handles an event in a window of `size`.
+    pub(super) fn on(&mut self, event: &WindowEvent, size: Size, viewer: &mut Viewer) {
+        let (width, height) = (size.width() as f64, size.height() as f64);
         match event {
             WindowEvent::CursorMoved { position, .. } => {
                 let (dx, dy) = (position.x - self.at.0, position.y - self.at.1);
                 self.at = (position.x, position.y);
-                let unit = f64::from(height.max(1));
-                self.moved(((dx / unit) as f32, (dy / unit) as f32), f64::from(width.max(1)), viewer);
+                self.moved(((dx / height) as f32, (dy / height) as f32), width, viewer);
             }
             WindowEvent::MouseInput { state: ElementState::Released, .. } | WindowEvent::Focused(false) => {
                 self.drag = None;
             }
             WindowEvent::MouseInput { button, .. } => {
-                let slider = f64::from(viewer.split) * f64::from(width);
+                let slider = f64::from(viewer.split) * width;
                 let shift = viewer.held.contains(&KeyCode::ShiftLeft);
                 self.drag = match button {
                     MouseButton::Left if (self.at.0 - slider).abs() <= GRAB => Some(Drag::Slide),
@@ -146,7 +147,7 @@ mod tests {
     use winit::dpi::PhysicalPosition;
     use winit::event::DeviceId;
 
-    const SIZE: (u32, u32) = (200, 100);
+    const SIZE: Size = Size::px(200, 100);
 
     fn to(x: f64, y: f64) -> WindowEvent {
         WindowEvent::CursorMoved { device_id: DeviceId::dummy(), position: PhysicalPosition::new(x, y) }
@@ -189,7 +190,7 @@ mod tests {
         let mut viewer = viewer();
         let before = viewer.orbit.target;
         drag(&mut viewer, MouseButton::Middle, [(20.0, 50.0), (10.0, -20.0)]);
-        let camera = viewer.frame((200, 100)).unwrap().camera;
+        let camera = viewer.frame(SIZE).unwrap().camera;
         let p = camera.view_from_world().transform_point3(before);
         let (x, y) = (p.x / -p.z * camera.focal_px()[0], p.y / -p.z * camera.focal_px()[1]);
         assert!((x - 10.0).abs() < 0.01 && (y - 20.0).abs() < 0.01, "{x} {y}");

@@ -43,7 +43,7 @@ impl Loading {
 }
 
 fn load(path: &Path, like: &View) -> Result<Loaded> {
-    let size = (like.width, like.height);
+    let size = like.size()?;
     let proposed =
         SceneSpec::from_file(path, SceneSplit::Train).and_then(|spec| propose_view(&spec, size, 0));
     match proposed {

@@ -35,7 +35,7 @@ pub(super) fn export(renderer: &Renderer, viewer: &Viewer, of: &FrameParams) -> 
     let drawn = readback::drawn(renderer, &of.camera)?;
     let converged = renderer.samples() >= SCORE_SAMPLES;
     let ao = converged.then(|| readback::visibility(renderer, Method::Reference)).transpose()?;
-    let (width, height) = renderer.size();
+    let size = renderer.size();
     let (eye, target) = (viewer.orbit.eye().to_array(), viewer.orbit.target.to_array());
     let up = [0.0, 1.0, 0.0];
     let view = View {
@@ -43,8 +43,8 @@ pub(super) fn export(renderer: &Renderer, viewer: &Viewer, of: &FrameParams) -> 
         target,
         up,
         ortho_height: None,
-        width,
-        height,
+        width: size.width(),
+        height: size.height(),
         radius: viewer.radius,
         ..viewer.view.clone()
     };

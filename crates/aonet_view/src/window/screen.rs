@@ -32,7 +32,7 @@ impl Screen {
         let surface = Surface::new(&window)?;
         let device = &surface.device;
         let pair = (&device.device, &device.queue);
-        let most = device.device.limits().max_texture_dimension_2d;
+        let most = device.device.limits().max_texture_dimension_2d as usize;
         let size = viewer.frame_size(surface.size(), most);
         let mut renderer = Renderer::on(device, viewer.tracer.scene(), size)?;
         renderer.set_tracer(&viewer.tracer)?;
@@ -41,7 +41,7 @@ impl Screen {
         let painter = egui_wgpu::Renderer::new(&device.device, surface.format(), Default::default());
         let (context, id) = (egui::Context::default(), egui::ViewportId::ROOT);
         let scale = Some(window.scale_factor() as f32);
-        let egui = egui_winit::State::new(context, id, &window, scale, None, Some(most as usize));
+        let egui = egui_winit::State::new(context, id, &window, scale, None, Some(most));
         Ok(Self { window, surface, renderer, present, egui, pointer: egui::Pos2::ZERO, painter })
     }
 
@@ -110,7 +110,7 @@ impl Screen {
 
     /// The current frame, of the renderer's size.
     fn frame(&mut self, viewer: &Viewer) -> Result<FrameParams> {
-        let most = self.surface.device.device.limits().max_texture_dimension_2d;
+        let most = self.surface.device.device.limits().max_texture_dimension_2d as usize;
         self.renderer.resize(viewer.frame_size(self.surface.size(), most))?;
         viewer.frame(self.renderer.size())
     }
@@ -124,8 +124,9 @@ impl Screen {
     ) -> Vec<wgpu::CommandBuffer> {
         let device = &self.surface.device;
         let egui::FullOutput { mut textures_delta, shapes, pixels_per_point, .. } = output;
-        let (width, height) = self.surface.size();
-        let screen = ScreenDescriptor { size_in_pixels: [width, height], pixels_per_point };
+        let size = self.surface.size();
+        let size_in_pixels = [size.width() as u32, size.height() as u32];
+        let screen = ScreenDescriptor { size_in_pixels, pixels_per_point };
         let mut changed: Vec<_> = textures_delta.set.drain().collect();
         changed.sort_by_key(|(id, _)| *id);
         for (id, deltas) in changed {

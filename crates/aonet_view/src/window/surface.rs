@@ -1,6 +1,8 @@
 //! A window's surface and the device that draws on it.
 
 use crate::{Error, Result};
+use aonet::Size;
+use aonet::frame::size::MAX_SIDE;
 use aonet::gpu::{Device, wait, wgpu};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -98,9 +100,10 @@ impl Surface {
         self.config.format
     }
 
-    /// Width and height (px).
-    pub(super) fn size(&self) -> (u32, u32) {
-        (self.config.width, self.config.height)
+    /// The size of the window.
+    pub(super) fn size(&self) -> Size {
+        let side = |px: u32| (px as usize).clamp(1, MAX_SIDE);
+        Size::px(side(self.config.width), side(self.config.height))
     }
 }
 

@@ -5,6 +5,7 @@ use super::graph::History;
 use super::load::{Loaded, Loading, coloured};
 use crate::renderer::{CameraPath, FrameParams, Method, Orbit, Show};
 use crate::{Error, Result};
+use aonet::frame::size::MAX_SIDE;
 use aonet::{AoParams, Size};
 use aonet_scene::View;
 use aonet_scene::trace::Tracer;
@@ -83,12 +84,11 @@ impl Viewer {
         }
     }
 
-    /// The current frame for `size` (width, height) (px).
+    /// The current frame for `size`.
     ///
     /// # Errors
     /// When a setting is out of range.
-    pub(super) fn frame(&self, size: (usize, usize)) -> Result<FrameParams> {
-        let size = Size::new(size.0, size.1)?;
+    pub(super) fn frame(&self, size: Size) -> Result<FrameParams> {
         let camera = self.orbit.camera(self.view.fov_y_deg.to_radians(), size, self.view.near)?;
         Ok(FrameParams {
             camera,
@@ -103,10 +103,11 @@ impl Viewer {
         })
     }
 
-    /// Size of the frames in a window of `width` x `height` (px); no side is above `most`.
-    pub(super) fn frame_size(&self, (width, height): (u32, u32), most: u32) -> (usize, usize) {
-        let side = |pixels: u32| ((pixels as f32 * self.scale).round() as u32).clamp(1, most) as usize;
-        (side(width), side(height))
+    /// Size of the frames in a window of a size; no side is above `most` (px).
+    pub(super) fn frame_size(&self, window: Size, most: usize) -> Size {
+        let side =
+            |pixels: usize| ((pixels as f32 * self.scale).round() as usize).clamp(1, most.min(MAX_SIDE));
+        Size::px(side(window.width()), side(window.height()))
     }
 
     /// Moves the camera by pressed keys or the recorded path.
@@ -286,13 +287,13 @@ pub(super) mod tests {
     #[test]
     fn frames_have_a_size_at_any_scale() {
         let mut viewer = viewer();
-        assert_eq!(viewer.frame_size((201, 100), 8192), (201, 100));
+        assert_eq!(viewer.frame_size(Size::px(201, 100), 8192), Size::px(201, 100));
         viewer.scale = 0.25;
         assert_eq!(
-            [viewer.frame_size((201, 100), 8192), viewer.frame_size((1, 0), 8192)],
-            [(50, 25), (1, 1)]
+            [Size::px(201, 100), Size::px(1, 1)].map(|window| viewer.frame_size(window, 8192)),
+            [Size::px(50, 25), Size::px(1, 1)]
         );
         viewer.scale = 2.0;
-        assert_eq!(viewer.frame_size((5000, 100), 8192), (8192, 200));
+        assert_eq!(viewer.frame_size(Size::px(5000, 100), 8192), Size::px(8192, 200));
     }
 }

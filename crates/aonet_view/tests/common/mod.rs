@@ -2,6 +2,7 @@
 //! `AONET_REQUIRE_GPU=1` it fails.
 #![allow(dead_code, reason = "each test program uses some of it")]
 
+use aonet::Size;
 use aonet::gpu::Device;
 use aonet_scene::scene::colours;
 use aonet_scene::scene::procedural::{self, Kind};
@@ -23,18 +24,18 @@ pub(crate) fn device() -> Option<Device> {
 }
 
 /// The room of `aonet demo` in plain colours, small.
-pub(crate) fn demo((width, height): (usize, usize)) -> (Tracer, View) {
+pub(crate) fn demo(size: Size) -> (Tracer, View) {
     let (mut scene, view) = procedural::demo();
     colours::add_plain(&mut scene);
-    (Tracer::new(scene), View { width, height, ..view })
+    (Tracer::new(scene), View { width: size.width(), height: size.height(), ..view })
 }
 
 /// A scene and a view of it that a dataset could contain.
-pub(crate) fn proposed(kind: Kind, size: (usize, usize)) -> (Tracer, View) {
+pub(crate) fn proposed(kind: Kind, size: Size) -> (Tracer, View) {
     propose_view(&SceneSpec::procedural(kind, 3, SceneSplit::Train), size, 5).unwrap()
 }
 
-pub(crate) fn renderer(device: &Device, scene: &Scene, size: (usize, usize)) -> Renderer {
+pub(crate) fn renderer(device: &Device, scene: &Scene, size: Size) -> Renderer {
     Renderer::on(device, scene, size).unwrap()
 }
 

@@ -105,7 +105,7 @@ impl Program {
         let buffers = self.buffers().iter().map(|buffer| entry(buffer, &mut blob)).collect();
         let document = Document {
             format: FORMAT,
-            size: [self.size.0, self.size.1],
+            size: [self.size.width(), self.size.height()],
             requires: match self.arithmetic.precision {
                 Precision::F32 => vec![],
                 Precision::F16 => vec![Feature::ShaderF16],
@@ -130,6 +130,7 @@ impl Program {
         let document: Document =
             serde_json::from_slice(json).map_err(|e| Error::format("program", "the JSON of a program", e))?;
         document.check(blob)?;
+        let size = document.size()?;
         let buffers = document.buffers.into_iter().map(|entry| entry.buffer(blob)).collect();
         let precision = match document.requires.contains(&Feature::ShaderF16) {
             true => Precision::F16,
@@ -137,7 +138,7 @@ impl Program {
         };
         let shaders = document.shaders.into_iter().map(Into::into).collect();
         Ok(Self {
-            size: document.size.into(),
+            size,
             textures: document.textures,
             arithmetic: Arithmetic { precision, kernels: Kernels::Plain },
             dispatches: Dispatches { buffers, shaders, passes: document.passes },
@@ -184,11 +185,16 @@ fn wrong<T>(what: impl ToString, expected: impl ToString, found: impl ToString) 
 }
 
 impl Document {
+    fn size(&self) -> Result<Size> {
+        let [width, height] = self.size;
+        Size::named("frames of a program", width, height)
+    }
+
     fn check(&self, blob: &[u8]) -> Result<()> {
         if self.format != FORMAT {
             return wrong("format", FORMAT, self.format);
         }
-        Size::new(self.size[0], self.size[1])?;
+        self.size()?;
         if self.frame != FrameLayout::ours() {
             return wrong("frame", "the numbers of a frame that this version writes", "others");
         }
@@ -292,7 +298,7 @@ mod tests {
 
     fn written() -> ProgramBytes {
         let method = Method::new(&Classic::named("gtao").unwrap(), TextureEncoding::default()).unwrap();
-        method.program((20, 10)).unwrap().to_bytes().unwrap()
+        method.program(Size::px(20, 10)).unwrap().to_bytes().unwrap()
     }
 
     #[test]
@@ -350,7 +356,7 @@ mod tests {
     #[test]
     fn instructions_that_hosts_spell_in_other_ways_are_not_written() {
         let method = Method::new(&Classic::named("gtao").unwrap(), TextureEncoding::default()).unwrap();
-        let mut program = method.program((20, 10)).unwrap();
+        let mut program = method.program(Size::px(20, 10)).unwrap();
         program.arithmetic.kernels = Kernels::Subgroups;
         assert!(program.to_bytes().unwrap_err().to_string().contains("subgroups"));
     }

@@ -12,6 +12,7 @@ pub use file::ProgramBytes;
 pub(crate) use numbers::{Arithmetic, Contents, floats};
 
 use crate::error::Result;
+use crate::frame::size::Size;
 use crate::frame::window::Margin;
 use crate::gpu::options::{Frame, TextureEncoding};
 use crate::gpu::uniforms;
@@ -102,7 +103,7 @@ pub struct Draw {
 /// All that a GPU does for frames of one size. Passes run in order; each sees what the ones before it wrote.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Program {
-    pub(crate) size: (usize, usize),
+    pub(crate) size: Size,
     pub(crate) textures: TextureEncoding,
     pub(crate) arithmetic: Arithmetic,
     pub(crate) dispatches: Dispatches,
@@ -112,8 +113,8 @@ pub struct Program {
 }
 
 impl Program {
-    /// Width and height of the frames (px).
-    pub fn size(&self) -> (usize, usize) {
+    /// Size of the frames.
+    pub fn size(&self) -> Size {
         self.size
     }
 
@@ -164,9 +165,9 @@ impl Program {
 
 /// A method that has a program for every size.
 pub trait Describe {
-    /// The program for frames of `size` (width, height) (px).
+    /// The program for frames of `size`.
     ///
     /// # Errors
-    /// When a side is 0 or too large.
-    fn program(&self, size: (usize, usize)) -> Result<Program>;
+    /// When the buffers of a frame do not fit in memory.
+    fn program(&self, size: Size) -> Result<Program>;
 }

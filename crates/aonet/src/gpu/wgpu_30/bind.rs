@@ -1,6 +1,7 @@
 //! Bind groups, pipeline layouts and buffers, for everything that draws or computes beside the sessions.
 
 use crate::error::{Error, Result};
+use crate::frame::size::Size;
 
 /// A texture that is read texel by texel. Depth textures, too, can be read as floats that are not filtered.
 pub const TEXTURE: wgpu::BindingType = wgpu::BindingType::Texture {
@@ -99,4 +100,9 @@ pub fn checked_buffer(
         usage: usage | wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST,
         mapped_at_creation: false,
     }))
+}
+
+/// The extent of a texture of two dimensions.
+pub fn extent(size: Size) -> wgpu::Extent3d {
+    wgpu::Extent3d { width: size.width() as u32, height: size.height() as u32, depth_or_array_layers: 1 }
 }

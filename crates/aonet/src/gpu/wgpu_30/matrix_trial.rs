@@ -1,11 +1,11 @@
 //! A trial of products of matrices. They are experimental: a device whose products are wrong has to do without.
 
 use crate::error::{Error, Result};
-use crate::gpu::matrices::Matrices;
+use crate::gpu::matrices::{Matrices, WAVES};
 use crate::gpu::options::{Kernels, Precision};
 use crate::gpu::program::{Arithmetic, Binding, Dispatch, Dispatches};
 use crate::gpu::shader::Shader;
-use crate::gpu::wgpu_30::device::scoped;
+use crate::gpu::wgpu_30::errors::scoped;
 use crate::gpu::wgpu_30::host::Host;
 
 /// Whether every subgroup of a workgroup multiplies as it should. Waits for the device.
@@ -39,7 +39,7 @@ fn products(host: &Host, matrices: Matrices) -> Result<Vec<f32>> {
         .map(|i| factor(0, i / side, i % side))
         .chain((0..side * side).map(|i| factor(1, i % side, i / side)))
         .collect();
-    let bytes = matrices.waves() * side * side * size_of::<f32>();
+    let bytes = WAVES * side * side * size_of::<f32>();
     let arithmetic = Arithmetic { precision: Precision::F16, kernels: Kernels::Matrices(matrices) };
     let mut list = Dispatches::default();
     let factors = list.filled("factors", &arithmetic.reals(&factors));

@@ -4,6 +4,7 @@ pub mod bind;
 pub(crate) mod chain;
 pub(crate) mod cover;
 pub(crate) mod device;
+pub(crate) mod errors;
 pub(crate) mod host;
 mod matrices;
 #[cfg(not(target_arch = "wasm32"))]

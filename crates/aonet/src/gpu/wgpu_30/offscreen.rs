@@ -6,7 +6,9 @@ use crate::frame::gbuffer::GBuffer;
 use crate::frame::size::Size;
 use crate::frame::window::Window;
 use crate::gpu::options::{DepthEncoding, Frame, Kernels, Precision};
-use crate::gpu::wgpu_30::device::{Device, scoped};
+use crate::gpu::wgpu_30::bind::extent;
+use crate::gpu::wgpu_30::device::Device;
+use crate::gpu::wgpu_30::errors::scoped;
 use crate::gpu::wgpu_30::options::Options;
 use crate::gpu::wgpu_30::session::Runner;
 use crate::gpu::wgpu_30::view::{Textures, View};
@@ -54,8 +56,7 @@ impl Offscreen {
         let window = window.into();
         let kernels = device.matrices.map_or(Kernels::Plain, Kernels::Matrices);
         let options = Options { precision, kernels, ..OPTIONS };
-        let session =
-            Session::new((&device.device, &device.queue), model, pair(window.buffer_size()), options)?;
+        let session = Session::new((&device.device, &device.queue), model, window.buffer_size(), options)?;
         let precision = session.precision();
         Self::of(device, session.into_runner(), (window, precision))
     }
@@ -66,7 +67,7 @@ impl Offscreen {
     /// As [`ClassicSession::new`].
     pub fn classic(device: &Device, method: &Classic, window: impl Into<Window>) -> Result<Self> {
         let window = window.into();
-        let size = pair(window.buffer_size());
+        let size = window.buffer_size();
         let session = ClassicSession::new((&device.device, &device.queue), method, size, OPTIONS)?;
         Self::of(device, session.into_runner(), (window, Precision::F32))
     }
@@ -186,12 +187,4 @@ impl Offscreen {
 /// Bytes of a row on its way back.
 fn row_bytes(width: usize) -> usize {
     (width * size_of::<f32>()).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT as usize)
-}
-
-fn pair(size: Size) -> (usize, usize) {
-    (size.width(), size.height())
-}
-
-fn extent(size: Size) -> wgpu::Extent3d {
-    wgpu::Extent3d { width: size.width() as u32, height: size.height() as u32, depth_or_array_layers: 1 }
 }

@@ -1,12 +1,13 @@
 //! A program ready to run on a device.
 
 use crate::error::{Error, Result};
+use crate::frame::size::Size;
 use crate::gpu::options::Frame;
 use crate::gpu::program::{Describe, Program};
 use crate::gpu::wgpu_30::chain::{Chain, Timestamps};
-use crate::gpu::wgpu_30::device::{check_limits, scoped};
+use crate::gpu::wgpu_30::errors::{check_limits, scoped};
 use crate::gpu::wgpu_30::host::Host;
-use crate::gpu::wgpu_30::view::{Textures, View, check_size};
+use crate::gpu::wgpu_30::view::{Frames, Textures, View, check_size};
 use std::sync::Arc;
 
 /// A method and its memory on a device, for frames of one size. `M` describes the method's programs; it may be a [`Program`]
@@ -45,7 +46,7 @@ impl<M: Describe> Session<M> {
     pub(crate) fn of(
         on: (&wgpu::Device, &wgpu::Queue),
         method: M,
-        size: (usize, usize),
+        size: Size,
         output: wgpu::TextureFormat,
     ) -> Result<Self> {
         check_limits(&on.0.limits())?;
@@ -54,21 +55,21 @@ impl<M: Describe> Session<M> {
         Ok(Self { method: Arc::new(method), runner })
     }
 
-    /// Another session with the same weights and shaders, for frames of another size (width, height) (px).
+    /// Another session with the same weights and shaders, for frames of another size.
     ///
     /// # Errors
     /// As [`Session::resize`].
-    pub fn sibling(&self, size: (usize, usize)) -> Result<Self> {
+    pub fn sibling(&self, size: Size) -> Result<Self> {
         let runner = self.runner.sibling(self.method.program(size)?)?;
         Ok(Self { method: Arc::clone(&self.method), runner })
     }
 
-    /// Changes the size of the frames to `size` (width, height) (px); views of another size are of no use then. After an
-    /// error the session is as before.
+    /// Changes the size of the frames to `size`. Views of another size can no longer be used. After an error the session is
+    /// unchanged.
     ///
     /// # Errors
-    /// When a side is 0 or too large for the device, or there is not enough memory.
-    pub fn resize(&mut self, size: (usize, usize)) -> Result<()> {
+    /// When a side is too large for the device, or there is not enough memory.
+    pub fn resize(&mut self, size: Size) -> Result<()> {
         self.runner = self.runner.sibling(self.method.program(size)?)?;
         Ok(())
     }
@@ -112,8 +113,8 @@ impl<M: Describe> Session<M> {
         self.program().pass_labels()
     }
 
-    /// Width and height of its frames (px).
-    pub fn size(&self) -> (usize, usize) {
+    /// Size of its frames.
+    pub fn size(&self) -> Size {
         self.program().size()
     }
 
@@ -135,12 +136,11 @@ impl<M: Describe> Session<M> {
 }
 
 impl Describe for Program {
-    fn program(&self, size: (usize, usize)) -> Result<Program> {
+    fn program(&self, size: Size) -> Result<Program> {
         if size == self.size {
             return Ok(self.clone());
         }
-        let [expected, found] = [self.size, size].map(|(width, height)| format!("{width}x{height}"));
-        Err(Error::size("session of a program", expected, found))
+        Err(Error::size("session of a program", self.size, size))
     }
 }
 
@@ -158,8 +158,8 @@ impl Runner {
 
     /// See [`Session::view`].
     pub(crate) fn view(&self, textures: Textures<'_>) -> Result<View> {
-        let of = (self.program.size, self.output);
-        View::new(&self.host.device, &self.host.frame_layout, of, textures)
+        let frames = Frames { size: self.program.size, output: self.output };
+        View::new(&self.host.device, &self.host.frame_layout, frames, textures)
     }
 
     /// See [`Session::encode`].

@@ -7,7 +7,7 @@ use crate::gpu::options::Frame;
 use crate::gpu::program::Program;
 use crate::gpu::uniforms::FRAME_BYTES;
 use crate::gpu::wgpu_30::bind;
-use crate::gpu::wgpu_30::device::scoped;
+use crate::gpu::wgpu_30::errors::scoped;
 
 /// Views of textures of the session's size; all must be sampled once a pixel.
 #[derive(Debug, Clone, Copy)]
@@ -24,11 +24,19 @@ pub struct Textures<'a> {
 /// Textures that a session can read and write, and the camera's place in memory. One for every camera of a frame.
 #[derive(Debug)]
 pub struct View {
-    pub(crate) size: (usize, usize),
+    pub(crate) size: Size,
     margin: Margin,
     pub(crate) group: wgpu::BindGroup,
     pub(crate) frame: wgpu::Buffer,
     pub(crate) visibility: wgpu::TextureView,
+}
+
+/// The frames of a session.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Frames {
+    pub(crate) size: Size,
+    /// Format of the AO texture.
+    pub(crate) output: wgpu::TextureFormat,
 }
 
 /// The layout of what the shaders see of a frame.
@@ -41,16 +49,12 @@ impl View {
     pub(crate) fn new(
         device: &wgpu::Device,
         layout: &wgpu::BindGroupLayout,
-        (size, output): ((usize, usize), wgpu::TextureFormat),
+        Frames { size, output }: Frames,
         textures: Textures<'_>,
     ) -> Result<Self> {
         let Textures { normal, depth, visibility } = textures;
         for (what, view) in [("normal", normal), ("depth", depth)] {
-            let found = view.texture().size();
-            if (found.width as usize, found.height as usize) != size {
-                let found = format!("{}x{}", found.width, found.height);
-                return Err(Error::size(format!("{what} texture"), format!("{}x{}", size.0, size.1), found));
-            }
+            size.expect(&format!("{what} texture"), size_of(view.texture())?)?;
         }
         let margin = margin(size, visibility.texture())?;
         let format = visibility.texture().format();
@@ -81,29 +85,27 @@ impl View {
     /// # Errors
     /// When view or camera have another size than the session, or the frame's numbers are out of range.
     pub(crate) fn begin(&self, queue: &wgpu::Queue, program: &Program, frame: &Frame) -> Result<()> {
-        let (width, height) = program.size;
-        if self.size != program.size {
-            let found = format!("{}x{}", self.size.0, self.size.1);
-            return Err(Error::size("view of a session", format!("{width}x{height}"), found));
-        }
+        program.size.expect("view of a session", self.size)?;
         queue.write_buffer(&self.frame, 0, &program.frame_bytes(self.margin, frame)?);
         Ok(())
     }
+}
+
+fn size_of(texture: &wgpu::Texture) -> Result<Size> {
+    Size::new(texture.width() as usize, texture.height() as usize)
 }
 
 /// The guard band of frames of `size` around a picture of the texture's size.
 ///
 /// # Errors
 /// When the texture is larger, or not in the middle of whole pixels.
-fn margin((width, height): (usize, usize), picture: &wgpu::Texture) -> Result<Margin> {
-    let found = Size::new(picture.width() as usize, picture.height() as usize)?;
+fn margin(size: Size, picture: &wgpu::Texture) -> Result<Margin> {
+    let found = size_of(picture)?;
     let rest = |side: usize, found: usize| side.checked_sub(found).filter(|rest| rest % 2 == 0);
-    match (rest(width, found.width()), rest(height, found.height())) {
-        (Some(x), Some(y)) => {
-            Ok(Window::inside(Size::new(width, height)?, Margin { x: x / 2, y: y / 2 })?.margin())
-        }
+    match (rest(size.width(), found.width()), rest(size.height(), found.height())) {
+        (Some(x), Some(y)) => Ok(Window::inside(size, Margin { x: x / 2, y: y / 2 })?.margin()),
         _ => {
-            let expected = format!("{width}x{height}, or less by an even number of pixels");
+            let expected = format!("{size}, or less by an even number of pixels");
             Err(Error::size("visibility texture", expected, found))
         }
     }
@@ -111,13 +113,10 @@ fn margin((width, height): (usize, usize), picture: &wgpu::Texture) -> Result<Ma
 
 /// # Errors
 /// When a side is larger than the device's textures.
-pub(crate) fn check_size(device: &wgpu::Device, (width, height): (usize, usize)) -> Result<()> {
+pub(crate) fn check_size(device: &wgpu::Device, size: Size) -> Result<()> {
     let most = device.limits().max_texture_dimension_2d as usize;
-    match width.max(height) <= most {
+    match size.width().max(size.height()) <= most {
         true => Ok(()),
-        false => {
-            let found = format!("{width}x{height}");
-            Err(Error::size("session", format!("sides of at most {most}"), found))
-        }
+        false => Err(Error::size("session", format!("sides of at most {most}"), size)),
     }
 }

@@ -1,8 +1,8 @@
 //! AO-Net §3.2–3.3: a U-Net over patches whose head predicts kernels over the normals.
 
-use super::conv;
+use super::Conv;
 use crate::net::config::{KernelWeights, ModelConfig, Output, Skips};
-use crate::net::graph::{Activation, Graph, Op, ValueId};
+use crate::net::graph::{Graph, Op, ValueId};
 
 /// Builds the graph of a checked configuration.
 pub(crate) fn build(config: &ModelConfig) -> Graph {
@@ -29,12 +29,12 @@ pub(crate) fn build(config: &ModelConfig) -> Graph {
     }
     x = match config.kernel {
         KernelWeights::Off => {
-            let x = conv(&mut graph, x, ("head", 1, 1, Activation::Linear), patch * patch);
+            let x = Conv::head(patch * patch).push(&mut graph, x);
             if patch > 1 { graph.push(Op::PatchMerge { input: x, patch }, 0) } else { x }
         }
         weights @ (KernelWeights::Linear | KernelWeights::Softmax) => {
             let outputs = patch * patch * weights.outputs_per_pixel();
-            let kernels = conv(&mut graph, x, ("head", 1, 1, Activation::Linear), outputs);
+            let kernels = Conv::head(outputs).push(&mut graph, x);
             graph.push(Op::KernelPredict { kernels, guide: input, patch, weights }, 0)
         }
     };
@@ -49,6 +49,6 @@ pub(crate) fn build(config: &ModelConfig) -> Graph {
 }
 
 fn double_conv(graph: &mut Graph, input: ValueId, name: &str, channels: usize) -> ValueId {
-    let x = conv(graph, input, (&format!("{name}.conv0"), 3, 1, Activation::LeakyRelu), channels);
-    conv(graph, x, (&format!("{name}.conv1"), 3, 1, Activation::LeakyRelu), channels)
+    let x = Conv::of_3x3(&format!("{name}.conv0"), channels).push(graph, input);
+    Conv::of_3x3(&format!("{name}.conv1"), channels).push(graph, x)
 }

@@ -2,9 +2,9 @@
 //!
 //! They encode normals as n/2 + 1/2: a scale and a shift that the first convolution, which has a bias, undoes.
 
-use super::conv;
+use super::Conv;
 use crate::net::config::ModelConfig;
-use crate::net::graph::{Activation, Graph, Inputs, Op, ValueId};
+use crate::net::graph::{Graph, Inputs, Op, ValueId};
 
 /// Builds the graph of a checked configuration.
 pub(crate) fn build(config: &ModelConfig) -> Graph {
@@ -26,10 +26,10 @@ pub(crate) fn build(config: &ModelConfig) -> Graph {
         let both = graph.push(Op::Concat { first: skip, second: up }, 0);
         x = conv3(&mut graph, both, &format!("up{level}"), channels);
     }
-    conv(&mut graph, x, ("head", 1, 1, Activation::Linear), 1);
+    Conv::head(1).push(&mut graph, x);
     graph
 }
 
 fn conv3(graph: &mut Graph, input: ValueId, name: &str, channels: usize) -> ValueId {
-    conv(graph, input, (name, 3, 1, Activation::LeakyRelu), channels)
+    Conv::of_3x3(name, channels).push(graph, input)
 }

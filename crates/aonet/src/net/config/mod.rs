@@ -5,7 +5,7 @@ mod file;
 mod search;
 
 use crate::error::{Error, Result};
-use crate::net::graph::TAPS;
+use crate::net::kernel::TAPS;
 use serde::{Deserialize, Serialize};
 
 pub use features::{Axis, Channel, Features};

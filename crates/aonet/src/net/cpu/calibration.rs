@@ -6,7 +6,7 @@ use crate::error::Result;
 use crate::frame::ao_image::{AoImage, AoParams};
 use crate::frame::gbuffer::GBuffer;
 use crate::net::model::Ranges;
-use crate::net::plan::{Buffer, HALO, Layout, Plan, Step};
+use crate::net::plan::{Buffer, ConvStep, HALO, Layout, Plan, Step};
 
 impl Session {
     /// [`Session::run`] that widens `ranges` by what the convolutions of this frame read. For sessions in f32: others
@@ -36,8 +36,8 @@ impl Session {
 /// The buffer that a step writes for convolutions to read.
 fn written_by(plan: &Plan, step: usize) -> Option<usize> {
     match &plan.steps[step] {
-        Step::Features { output, .. } | Step::Conv { output, .. } => Some(*output),
-        Step::Search { .. } | Step::Filter { .. } | Step::Head { .. } | Step::Image { .. } => None,
+        Step::Features { output, .. } | Step::Conv(ConvStep { output, .. }) => Some(*output),
+        Step::Search { .. } | Step::Filter { .. } | Step::Head(_) | Step::Image { .. } => None,
     }
 }
 

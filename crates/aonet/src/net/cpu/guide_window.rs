@@ -1,6 +1,6 @@
 //! The normals that the kernels of a few neighbouring cells weigh.
 
-use crate::net::graph::{FIRST_TAP, GUIDE_CHANNELS, WINDOW};
+use crate::net::kernel::{FIRST_TAP, GUIDE_CHANNELS, WINDOW};
 use crate::net::plan::{Buffer, HALO};
 
 /// Side of the square of pixels that the kernels of one patch reach.

@@ -5,7 +5,7 @@ use super::guide_window::{GuideWindow, window_len, window_side};
 use super::head::{Head, VECTORS};
 use super::packing::Steps;
 use crate::net::config::KernelWeights;
-use crate::net::graph::{GUIDE_CHANNELS, TAPS, WINDOW};
+use crate::net::kernel::{GUIDE_CHANNELS, TAPS, WINDOW};
 use crate::net::plan::{CHANNEL_BLOCK, HALO};
 use crate::simd::Simd;
 

@@ -6,7 +6,7 @@ use super::ring::Input;
 use crate::error::{Error, Result};
 use crate::net::graph::Activation;
 use crate::net::model::Ranges;
-use crate::net::plan::{BufferId, Plan, Source, Step};
+use crate::net::plan::{self, BufferId, Plan, Source, Step};
 use crate::net::weights::Weights;
 
 /// Name, inputs, output, filter size and groups, and activation of [`Step::Conv`].
@@ -66,12 +66,12 @@ impl<'a> Recipe<'a> {
 /// Name of a buffer in [`Ranges`]: its convolution's, or that of the features.
 pub(super) fn buffer_name(plan: &Plan, buffer: BufferId) -> &str {
     let written = plan.steps.iter().find_map(|step| match step {
-        Step::Conv { name, output, .. } if *output == buffer => Some(name.as_str()),
-        Step::Conv { .. }
+        Step::Conv(plan::ConvStep { name, output, .. }) if *output == buffer => Some(name.as_str()),
+        Step::Conv(_)
         | Step::Search { .. }
         | Step::Filter { .. }
         | Step::Features { .. }
-        | Step::Head { .. }
+        | Step::Head(_)
         | Step::Image { .. } => None,
     });
     written.unwrap_or("features")

@@ -14,7 +14,7 @@ use crate::frame::gbuffer::GBuffer;
 use crate::frame::window::Window;
 use crate::net::config::Features;
 use crate::net::model::Model;
-use crate::net::plan::{BufferId, Plan, Step};
+use crate::net::plan::{BufferId, ConvStep, HeadStep, Plan, Step};
 use crate::simd::aligned::Aligned;
 use crate::simd::{Isa, Level};
 use crate::threads::Workers;
@@ -87,7 +87,7 @@ impl Session {
         let Options { threads, level, precision } = options;
         let arithmetic = Arithmetic::new(level, precision)?;
         let isa = arithmetic.isa();
-        let plan = Plan::new(model.graph(), size.width(), size.height())?;
+        let plan = Plan::new(model.graph(), size)?;
         let recipe = Recipe { plan: &plan, weights: model.weights(), arithmetic, ranges: model.ranges() };
         let steps: Vec<_> =
             plan.steps.iter().map(|step| Prepared::new(step, &recipe)).collect::<Result<_>>()?;
@@ -190,12 +190,12 @@ impl Prepared {
                 Self::Filter(Filter { search: *search, input: buffer(*input), output: buffer(*output) })
             }
             Step::Features { search, output, patch } => Self::Features(PartitionFeatures {
-                size: plan.size,
+                size: (plan.size.width(), plan.size.height()),
                 patch: *patch,
                 search: search.map(buffer),
                 output: buffer(*output),
             }),
-            Step::Conv { name, sources, output, size, groups, activation } => {
+            Step::Conv(ConvStep { name, sources, output, size, groups, activation }) => {
                 let shape = [*size, *groups];
                 let step = (name.as_str(), &sources[..], *output, shape, *activation);
                 let in_channels = sources.iter().map(|s| plan.buffers[s.buffer].channels).sum();
@@ -205,7 +205,7 @@ impl Prepared {
                     false => Self::Conv(Conv::new(recipe, step)?),
                 }
             }
-            Step::Head { name, input, guide, patch, kernel, base } => {
+            Step::Head(HeadStep { name, input, guide, patch, kernel, base }) => {
                 Self::Head(Box::new(Head::new(recipe, (name, [*input, *guide], *patch, *kernel), *base)?))
             }
             Step::Image { input } => Self::Image(Image { input: buffer(*input) }),

@@ -51,7 +51,7 @@ fn share(tensors: &[Buffer], bytes: impl Fn(&Buffer) -> usize) -> (Vec<usize>, V
     for tensor in tensors {
         let needed = bytes(tensor);
         let busy = |buffer: usize| {
-            let at_once = |b: &Buffer| b.live.0 <= tensor.live.1 && tensor.live.0 <= b.live.1;
+            let at_once = |b: &Buffer| b.live.overlaps(tensor.live);
             place.iter().zip(tensors).any(|(p, other)| *p == buffer && at_once(other))
         };
         let free = (0..sizes.len()).filter(|buffer| !busy(*buffer));
@@ -70,18 +70,19 @@ fn share(tensors: &[Buffer], bytes: impl Fn(&Buffer) -> usize) -> (Vec<usize>, V
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::frame::size::Size;
     use crate::net::plan::Plan;
     use crate::net::{Graph, ModelConfig};
 
     #[test]
     fn tensors_of_one_buffer_never_live_at_once() {
         for config in [ModelConfig::paper(), ModelConfig::any_radius(), ModelConfig::deep_ao()] {
-            let plan = Plan::new(&Graph::new(&config).unwrap(), 640, 360).unwrap();
+            let plan = Plan::new(&Graph::new(&config).unwrap(), Size::px(640, 360)).unwrap();
             let (place, sizes) = share(&plan.buffers, |b| b.channels * b.height * b.width);
             for (i, a) in plan.buffers.iter().enumerate() {
                 assert!(sizes[place[i]] >= a.channels * a.height * a.width);
                 for (j, b) in plan.buffers.iter().enumerate().filter(|(j, _)| *j != i) {
-                    let at_once = a.live.0 <= b.live.1 && b.live.0 <= a.live.1;
+                    let at_once = a.live.overlaps(b.live);
                     assert!(!(at_once && place[i] == place[j]), "{i} and {j}");
                 }
             }

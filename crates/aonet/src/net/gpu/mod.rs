@@ -9,13 +9,14 @@
 //! ```no_run
 //! # #[cfg(feature = "gpu")]
 //! # mod engine {
+//! use aonet::Size;
 //! use aonet::gpu::{Frame, Options, Textures, wgpu};
 //! use aonet::net::gpu::Session;
 //! use aonet::net::{Model, shipped};
 //!
 //! fn once(device: &wgpu::Device, queue: &wgpu::Queue) -> aonet::Result<Session> {
 //!     let model = Model::from_bytes(shipped::ANY_RADIUS)?;
-//!     Session::new((device, queue), &model, (1280, 720), Options::default())
+//!     Session::new((device, queue), &model, Size::px(1280, 720), Options::default())
 //! }
 //!
 //! fn frame(session: &Session, of: Textures<'_>, frame: &Frame, encoder: &mut wgpu::CommandEncoder) -> aonet::Result<()> {
@@ -26,6 +27,7 @@
 //! # }
 //! ```
 
+mod context;
 mod conv;
 mod features;
 mod head;
@@ -37,6 +39,7 @@ mod session;
 mod statistics;
 #[cfg(all(test, feature = "gpu"))]
 mod tests;
+mod tiles;
 #[cfg(all(test, feature = "gpu"))]
 pub(crate) mod valid;
 

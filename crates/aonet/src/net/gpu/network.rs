@@ -1,13 +1,15 @@
 //! A model as programs: weights are packed once, for frames of every size.
 
 use crate::error::{Error, Result};
+use crate::frame::size::Size;
 use crate::gpu::image::{Image, Raw};
 use crate::gpu::options::ProgramOptions;
-use crate::gpu::program::{Arithmetic, Binding, Describe, Dispatches, Draw, Program};
+use crate::gpu::program::{self, Arithmetic, Binding, Describe, Dispatches, Draw, Program};
 use crate::gpu::surface::Surface;
 use crate::net::config::{Channel, Features, SearchConfig};
+use crate::net::gpu::context::Context;
 use crate::net::gpu::conv::Conv;
-use crate::net::gpu::features::{self, Extras};
+use crate::net::gpu::features::{self, Target};
 use crate::net::gpu::head::Head;
 use crate::net::gpu::memory::Memory;
 use crate::net::graph::Graph;
@@ -40,15 +42,6 @@ enum Weighed {
     Image { input: BufferId },
 }
 
-/// What the dispatches of one size have in common.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Sized<'a> {
-    pub(crate) arithmetic: Arithmetic,
-    pub(crate) surface: Surface,
-    pub(crate) plan: &'a Plan,
-    pub(crate) memory: &'a Memory,
-}
-
 impl Network {
     /// Packs the weights of a model. Half floats come to 32-bit ones where the features of the network do not fit in them.
     ///
@@ -60,7 +53,7 @@ impl Network {
         let precision = precision.of(&features);
         let arithmetic = Arithmetic { precision, kernels: kernels.of(precision) };
         // Its steps are those of every size.
-        let plan = Plan::new(model.graph(), 1, 1)?;
+        let plan = Plan::new(model.graph(), Size::px(1, 1))?;
         let steps = plan.steps.iter().map(|step| Weighed::new(step, &plan, model, arithmetic));
         Ok(Self {
             steps: steps.collect::<Result<_>>()?,
@@ -74,55 +67,67 @@ impl Network {
     /// Adds the dispatches of a plan to the list; returns the draw that ends them.
     fn push(&self, plan: &Plan, list: &mut Dispatches) -> Result<Draw> {
         let memory = Memory::new(self.arithmetic, &plan.buffers, list);
-        let Self { arithmetic, surface, ref features, .. } = *self;
-        let depth_range = features
-            .sees(Channel::DepthNormalized)
+        let Self { arithmetic, surface, .. } = *self;
+        let depth_range = (self.features.sees(Channel::DepthNormalized))
             .then(|| features::depth_range::push(surface, plan.size, list));
-        let sized = Sized { arithmetic, surface, plan, memory: &memory };
-        let image = |raw: Raw, patch: usize, base| Image {
-            raw,
-            patch,
-            cells: (plan.padded.0 / patch, plan.padded.1 / patch),
-            base,
-        };
+        let context = Context { arithmetic, surface, plan, memory: &memory };
         let mut last = None;
         for step in &self.steps {
-            match step {
-                Weighed::Search { search, output } => match search {
-                    SearchConfig::Agtao(params) => {
-                        let shader = agtao::shader(surface, params);
-                        let output = Binding::Write(memory.of(*output));
-                        pixels::push(("agtao", shader), &[output], plan.size, list);
-                    }
-                },
-                Weighed::Filter { search, input, output } => {
-                    let shader = denoise::shader(surface, search.filter());
-                    denoise::push(shader, [*input, *output].map(|id| memory.of(id)), plan.size, list);
-                }
-                Weighed::Features { search, output, patch } => {
-                    let extras = Extras { depth_range, search: search.map(|id| memory.of(id)) };
-                    features::push(features, (&sized, extras), (*output, *patch), list);
-                }
-                Weighed::Conv(conv) => conv.push(&sized, list),
-                Weighed::Head { head, patch, base } => {
-                    let raw = list.storage("visibility", Head::raw_len(plan) * size_of::<f32>());
-                    head.push(&sized, raw, list);
-                    last = Some(image(Raw::Pixels(raw), *patch, base.map(|id| memory.of(id))));
-                }
-                Weighed::Image { input } => {
-                    last = Some(image(Raw::FirstChannel(memory.of(*input)), 1, None));
-                }
-            }
+            last = self.push_step(step, &context, depth_range, list).or(last);
         }
         let last = last.ok_or_else(|| Error::config("graph", "an image at the end", "none"))?;
         Ok(last.draw(surface, list))
     }
+
+    /// Adds the dispatches of a step to the list; returns the image that the step ends with, if it does.
+    fn push_step(
+        &self,
+        step: &Weighed,
+        context: &Context<'_>,
+        depth_range: Option<program::BufferId>,
+        list: &mut Dispatches,
+    ) -> Option<Image> {
+        let Context { surface, plan, memory, .. } = *context;
+        let place = |id: &BufferId| memory.of(*id);
+        match step {
+            Weighed::Search { search: SearchConfig::Agtao(params), output } => {
+                let shader = agtao::shader(surface, params);
+                pixels::push("agtao", shader, &[Binding::Write(place(output))], plan.size, list);
+            }
+            Weighed::Filter { search, input, output } => {
+                let shader = denoise::shader(surface, search.filter());
+                denoise::push(shader, [place(input), place(output)], plan.size, list);
+            }
+            Weighed::Features { search, output, patch } => {
+                let search = search.as_ref().map(place);
+                let target = Target { output: *output, patch: *patch, depth_range, search };
+                features::push(&self.features, target, context, list);
+            }
+            Weighed::Conv(conv) => conv.push(context, list),
+            Weighed::Head { head, patch, base } => {
+                let raw = list.storage("visibility", Head::raw_len(plan) * size_of::<f32>());
+                head.push(context, raw, list);
+                let cells = plan.cells(*patch);
+                return Some(Image {
+                    raw: Raw::Pixels(raw),
+                    patch: *patch,
+                    cells,
+                    base: base.as_ref().map(place),
+                });
+            }
+            Weighed::Image { input } => {
+                let raw = Raw::FirstChannel(place(input));
+                return Some(Image { raw, patch: 1, cells: plan.padded, base: None });
+            }
+        }
+        None
+    }
 }
 
 impl Describe for Network {
-    fn program(&self, size: (usize, usize)) -> Result<Program> {
+    fn program(&self, size: Size) -> Result<Program> {
         let mut list = Dispatches::default();
-        let image = self.push(&Plan::new(&self.graph, size.0, size.1)?, &mut list)?;
+        let image = self.push(&Plan::new(&self.graph, size)?, &mut list)?;
         let (textures, arithmetic) = (self.surface.textures, self.arithmetic);
         Ok(Program { size, textures, arithmetic, dispatches: list, image, trusted: true })
     }
@@ -139,17 +144,16 @@ impl Weighed {
             Step::Features { search, output, patch } => {
                 Self::Features { search: *search, output: *output, patch: *patch }
             }
-            Step::Conv { name, sources, output, size, groups, activation } => {
-                if sources.len() > MAX_SOURCES {
+            Step::Conv(conv) => {
+                if conv.sources.len() > MAX_SOURCES {
                     let expected = format!("at most {MAX_SOURCES} inputs side by side");
-                    return Err(Error::config(name, expected, sources.len()));
+                    return Err(Error::config(&conv.name, expected, conv.sources.len()));
                 }
-                let of = (name.as_str(), &sources[..], *output, [*size, *groups], *activation);
-                Self::Conv(Conv::new(arithmetic, plan, weights, of))
+                Self::Conv(Conv::new(arithmetic, plan, weights, conv))
             }
-            Step::Head { name, input, guide, patch, kernel, base } => {
-                let head = Head::new(arithmetic, plan, weights, (name, [*input, *guide], *patch, *kernel));
-                Self::Head { head, patch: *patch, base: *base }
+            Step::Head(step) => {
+                let head = Head::new(arithmetic, plan, weights, step);
+                Self::Head { head, patch: step.patch, base: step.base }
             }
             Step::Image { input } => Self::Image { input: *input },
         })

@@ -1,6 +1,7 @@
 //! A model ready to run at one size.
 
 use crate::error::Result;
+use crate::frame::size::Size;
 use crate::gpu::options::{Kernels, Precision};
 use crate::gpu::wgpu_30::options::Options;
 use crate::gpu::wgpu_30::session::Session;
@@ -8,15 +9,15 @@ use crate::net::gpu::network::Network;
 use crate::net::model::Model;
 
 impl Session<Network> {
-    /// A session for frames of `size` (width, height) (px).
+    /// A session for frames of `size`.
     ///
     /// # Errors
-    /// When a side is 0 or too large for the device, or the device lacks what WebGPU promises or does not have enough
+    /// When a side is too large for the device, or the device lacks what WebGPU promises or does not have enough
     /// memory.
     pub fn new(
         on: (&wgpu::Device, &wgpu::Queue),
         model: &Model,
-        size: (usize, usize),
+        size: Size,
         options: Options,
     ) -> Result<Self> {
         let network = Network::new(model, options.on(on.0, &model.config().features))?;

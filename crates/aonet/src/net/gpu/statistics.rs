@@ -13,6 +13,7 @@ use crate::gpu::shader::Shader;
 use crate::net::config::KernelWeights;
 use crate::net::gpu::conv::Kind;
 use crate::net::gpu::head;
+use crate::net::gpu::head::kind::HeadKind;
 use crate::net::graph::Activation;
 use crate::net::plan::Resample;
 use ash::{khr, vk};
@@ -177,7 +178,7 @@ fn what_a_compiler_makes_of_the_shaders() {
             let heads = [4, 2].map(|cells| {
                 (
                     format!("head, {cells} cells, {precision}"),
-                    head::shader(by, (4, KernelWeights::Linear), cells),
+                    head::kind::shader(by, HeadKind { patch: 4, kernel: KernelWeights::Linear }, cells),
                 )
             });
             let conv = (format!("convolution, 24 outputs, {precision}"), conv(24).shader(by, 2));

@@ -1,19 +1,21 @@
 //! Every operation on a device against the oracle's loops.
 
+use crate::frame::size::Size;
 use crate::gpu::options::{Kernels, Precision};
 use crate::gpu::program::{Arithmetic, BufferId, Dispatches};
 use crate::gpu::surface::Surface;
-use crate::gpu::wgpu_30::device::{Device, scoped};
+use crate::gpu::wgpu_30::device::Device;
+use crate::gpu::wgpu_30::errors::scoped;
 use crate::gpu::wgpu_30::host::Host;
 use crate::net::config::KernelWeights;
+use crate::net::gpu::context::Context;
 use crate::net::gpu::conv::Conv;
 use crate::net::gpu::head::Head;
 use crate::net::gpu::memory::{BLOCK, Memory, blocks};
-use crate::net::gpu::network::Sized;
 use crate::net::gpu::valid::{KERNELS, MATRICES, PRECISIONS};
 use crate::net::graph::{Activation, Graph, Op};
 use crate::net::naive::{self, Planes};
-use crate::net::plan::{Buffer, Layout, Plan, Resample, Source};
+use crate::net::plan::{Buffer, ConvStep, HeadStep, Layout, Lifetime, Plan, Resample, Source};
 use crate::net::weights::{Tensor, Weights};
 use std::sync::Arc;
 
@@ -44,9 +46,9 @@ struct On {
 }
 
 impl On {
-    fn sized<'a>(&self, plan: &'a Plan, memory: &'a Memory) -> Sized<'a> {
+    fn context<'a>(&self, plan: &'a Plan, memory: &'a Memory) -> Context<'a> {
         let surface = Surface { precision: self.arithmetic.precision, textures: Default::default() };
-        Sized { arithmetic: self.arithmetic, surface, plan, memory }
+        Context { arithmetic: self.arithmetic, surface, plan, memory }
     }
 }
 
@@ -112,10 +114,10 @@ fn plan_of(shapes: &[(usize, usize, usize)]) -> Plan {
         channels: *channels,
         height: *height,
         width: *width,
-        live: (0, 0),
+        live: Lifetime { first: 0, last: 0 },
     };
     let (_, height, width) = shapes[shapes.len() - 1];
-    let size = (width, height);
+    let size = Size::px(width, height);
     Plan { size, padded: size, buffers: shapes.iter().map(buffer).collect(), steps: vec![], arena_len: 0 }
 }
 
@@ -191,40 +193,51 @@ fn resample(image: &Planes, how: Resample) -> Planes {
     }
 }
 
-/// A convolution of `inputs` (channels, what happens on the way in) to `out_channels` of HxW `shape`, with few and many
-/// rows an invocation.
-fn check_conv(
-    on: &[On],
-    inputs: &[(usize, Resample)],
-    out: (usize, Activation),
-    ([size, groups], (height, width)): ([usize; 2], (usize, usize)),
-) {
-    let what = format!("{inputs:?} to {out:?}, filter {size}, {groups} groups, image {height}x{width}");
+/// A convolution to check.
+#[derive(Debug, Clone, Copy)]
+struct ConvCase<'a> {
+    /// Channels of each input, and how it is read.
+    inputs: &'a [(usize, Resample)],
+    outputs: usize,
+    activation: Activation,
+    /// Side of the filter.
+    filter: usize,
+    groups: usize,
+    /// Columns and rows of the output.
+    size: Size,
+}
+
+/// Checks a convolution with few and with many rows of an invocation.
+fn check_conv(on: &[On], case: ConvCase<'_>) {
+    let ConvCase { inputs, outputs, activation, filter, groups, size } = case;
+    let (width, height) = (size.width(), size.height());
+    let what = format!("{case:?}");
     let input_shape = |(c, how): &(usize, Resample)| match how {
         Resample::None => (*c, height, width),
         Resample::AvgPool(side) => (*c, side * height, side * width),
         Resample::Upsample2 => (*c, height / 2, width / 2),
     };
-    let shapes: Vec<_> = inputs.iter().map(input_shape).chain([(out.0, height, width)]).collect();
+    let shapes: Vec<_> = inputs.iter().map(input_shape).chain([(outputs, height, width)]).collect();
     let images: Vec<_> = shapes[..inputs.len()].iter().enumerate().map(|(i, s)| planes(*s, i + 1)).collect();
     let sources: Vec<_> =
         inputs.iter().enumerate().map(|(buffer, i)| Source { buffer, resample: i.1 }).collect();
     let plan = plan_of(&shapes);
-    let weights = weights([out.0, inputs.iter().map(|i| i.0).sum::<usize>() / groups, size, size]);
+    let weights = weights([outputs, inputs.iter().map(|i| i.0).sum::<usize>() / groups, filter, filter]);
     let resampled = images.iter().zip(inputs).map(|(image, i)| resample(image, i.1));
     let joined = resampled.reduce(|a, b| naive::concat(&a, &b)).unwrap();
     let [w, b] = ["conv.weight", "conv.bias"].map(|name| &weights.get(name).values[..]);
-    let expected = naive::conv(&joined, (w, b, size), out.1);
+    let expected = naive::conv(&joined, (w, b, filter), activation);
     for on in on {
-        let step = ("conv", &sources[..], inputs.len(), [size, groups], out.1);
-        let conv = Conv::new(on.arithmetic, &plan, &weights, step);
+        let (name, output) = ("conv".to_owned(), inputs.len());
+        let step = ConvStep { name, sources: sources.clone(), output, size: filter, groups, activation };
+        let conv = Conv::new(on.arithmetic, &plan, &weights, &step);
         for rows in [1, if matches!(on.arithmetic.kernels, Kernels::Matrices(_)) { 2 } else { 4 }] {
             let mut list = Dispatches::default();
             let memory = Memory::new(on.arithmetic, &plan.buffers, &mut list);
-            conv.push_of_rows(&on.sized(&plan, &memory), rows, &mut list);
+            conv.push_of_rows(&on.context(&plan, &memory), rows, &mut list);
             let inputs: Vec<_> = images.iter().enumerate().map(|(i, image)| (memory.of(i), image)).collect();
             let found = run(on, &list, &inputs, memory.of(images.len())).unwrap();
-            let found = unblocked(&reals(&found, on.arithmetic.precision), (out.0, height, width));
+            let found = unblocked(&reals(&found, on.arithmetic.precision), (outputs, height, width));
             assert_close(
                 &found.values,
                 &expected.values,
@@ -239,21 +252,21 @@ fn convolutions() {
     use Activation::{LeakyRelu, Linear};
     use Resample::{AvgPool, None, Upsample2};
     let on = devices();
-    for (inputs, out, size, shape) in [
-        (&[(3, None)][..], (5, LeakyRelu), 3, (1, 1)),
-        (&[(48, None)], (32, LeakyRelu), 3, (7, 13)),
-        (&[(4, None)], (17, Linear), 1, (3, 29)),
-        (&[(32, None)], (48, LeakyRelu), 3, (6, 40)),
-        (&[(17, None)], (33, Linear), 3, (5, 31)),
-        (&[(1, None)], (96, LeakyRelu), 3, (2, 25)),
-        (&[(20, AvgPool(2))], (7, LeakyRelu), 3, (3, 5)),
-        (&[(9, AvgPool(8))], (8, Linear), 3, (2, 3)),
-        (&[(9, Upsample2)], (12, Linear), 3, (6, 10)),
-        (&[(9, Upsample2), (18, None)], (50, LeakyRelu), 3, (14, 26)),
-        (&[(16, Upsample2), (3, None)], (16, LeakyRelu), 3, (2, 2)),
-        (&[(33, AvgPool(2)), (31, AvgPool(4)), (2, None)], (56, LeakyRelu), 1, (17, 3)),
+    for (inputs, outputs, activation, filter, size) in [
+        (&[(3, None)][..], 5, LeakyRelu, 3, Size::px(1, 1)),
+        (&[(48, None)], 32, LeakyRelu, 3, Size::px(13, 7)),
+        (&[(4, None)], 17, Linear, 1, Size::px(29, 3)),
+        (&[(32, None)], 48, LeakyRelu, 3, Size::px(40, 6)),
+        (&[(17, None)], 33, Linear, 3, Size::px(31, 5)),
+        (&[(1, None)], 96, LeakyRelu, 3, Size::px(25, 2)),
+        (&[(20, AvgPool(2))], 7, LeakyRelu, 3, Size::px(5, 3)),
+        (&[(9, AvgPool(8))], 8, Linear, 3, Size::px(3, 2)),
+        (&[(9, Upsample2)], 12, Linear, 3, Size::px(10, 6)),
+        (&[(9, Upsample2), (18, None)], 50, LeakyRelu, 3, Size::px(26, 14)),
+        (&[(16, Upsample2), (3, None)], 16, LeakyRelu, 3, Size::px(2, 2)),
+        (&[(33, AvgPool(2)), (31, AvgPool(4)), (2, None)], 56, LeakyRelu, 1, Size::px(3, 17)),
     ] {
-        check_conv(&on, inputs, out, ([size, 1], shape));
+        check_conv(&on, ConvCase { inputs, outputs, activation, filter, groups: 1, size });
     }
 }
 
@@ -262,23 +275,32 @@ fn grouped_convolutions() {
     use Activation::{LeakyRelu, Linear};
     use Resample::{AvgPool, None, Upsample2};
     let on = devices();
-    for (inputs, out, groups) in [
-        (&[(6, None)][..], (8, Linear), 2),
-        (&[(32, AvgPool(8))], (64, LeakyRelu), 8),
-        (&[(256, Upsample2), (128, None)], (128, LeakyRelu), 16),
-        (&[(21, None), (3, None)], (36, LeakyRelu), 12),
+    let size = Size::px(10, 6);
+    for (inputs, outputs, activation, groups) in [
+        (&[(6, None)][..], 8, Linear, 2),
+        (&[(32, AvgPool(8))], 64, LeakyRelu, 8),
+        (&[(256, Upsample2), (128, None)], 128, LeakyRelu, 16),
+        (&[(21, None), (3, None)], 36, LeakyRelu, 12),
     ] {
-        check_conv(&on, inputs, out, ([3, groups], (6, 10)));
+        check_conv(&on, ConvCase { inputs, outputs, activation, filter: 3, groups, size });
     }
 }
 
-fn check_head(
-    on: &[On],
+/// A head to check.
+#[derive(Debug, Clone, Copy)]
+struct HeadCase {
     channels: usize,
-    (patch, kernel): (usize, KernelWeights),
-    (width, height): (usize, usize),
-) {
-    let what = format!("{channels} channels, patch {patch}, {kernel:?}, {width}x{height} cells");
+    /// Side of a patch (px).
+    patch: usize,
+    kernel: KernelWeights,
+    /// Columns and rows of patches.
+    cells: Size,
+}
+
+fn check_head(on: &[On], case: HeadCase) {
+    let HeadCase { channels, patch, kernel, cells } = case;
+    let (width, height) = (cells.width(), cells.height());
+    let what = format!("{case:?}");
     let outputs = patch * patch * kernel.outputs_per_pixel();
     let weights = weights([outputs, channels, 1, 1]);
     let [w, b] = ["conv.weight", "conv.bias"].map(|name| &weights.get(name).values[..]);
@@ -292,14 +314,15 @@ fn check_head(
         }
     };
     let mut plan = plan_of(&[(channels, height, width), (4 * patch * patch, height, width)]);
-    plan.padded = (width * patch, height * patch);
+    plan.padded = Size::px(width * patch, height * patch);
     let guide_cells = naive::patch_partition(&guide, patch);
     for on in on {
         let mut list = Dispatches::default();
         let memory = Memory::new(on.arithmetic, &plan.buffers, &mut list);
         let raw = list.storage("raw", Head::raw_len(&plan) * 4);
-        let head = Head::new(on.arithmetic, &plan, &weights, ("conv", [0, 1], patch, kernel));
-        head.push(&on.sized(&plan, &memory), raw, &mut list);
+        let step = HeadStep { name: "conv".to_owned(), input: 0, guide: 1, patch, kernel, base: None };
+        let head = Head::new(on.arithmetic, &plan, &weights, &step);
+        head.push(&on.context(&plan, &memory), raw, &mut list);
         let inputs = [(memory.of(0), &input), (memory.of(1), &guide_cells)];
         let found = floats(&run(on, &list, &inputs, raw).unwrap());
         assert_close(
@@ -316,11 +339,11 @@ fn heads() {
     let on = devices();
     for patch in [1, 2, 4, 8] {
         for kernel in [Off, Linear, Softmax] {
-            check_head(&on, 5, (patch, kernel), (9, 4));
+            check_head(&on, HeadCase { channels: 5, patch, kernel, cells: Size::px(9, 4) });
         }
     }
-    for size in [(1, 1), (17, 3), (33, 9)] {
-        check_head(&on, 33, (4, Linear), size);
+    for cells in [Size::px(1, 1), Size::px(17, 3), Size::px(33, 9)] {
+        check_head(&on, HeadCase { channels: 33, patch: 4, kernel: Linear, cells });
     }
 }
 
@@ -336,11 +359,18 @@ fn matrices_spelt_out() {
             On { arithmetic: Arithmetic { kernels, ..subgroups }, ..on.clone() }
         };
         let on: Vec<_> = MATRICES.into_iter().filter(|m| m.spelt_out).map(with).collect();
-        check_conv(&on, &[(20, None)], (17, LeakyRelu), ([3, 1], (7, 19)));
-        check_conv(&on, &[(9, Upsample2), (18, AvgPool(2))], (50, Linear), ([3, 1], (6, 10)));
-        check_conv(&on, &[(6, None)], (8, LeakyRelu), ([1, 2], (1, 1)));
-        check_head(&on, 33, (4, KernelWeights::Linear), (17, 5));
-        check_head(&on, 5, (1, KernelWeights::Softmax), (9, 4));
+        for (inputs, outputs, activation, filter, groups, size) in [
+            (&[(20, None)][..], 17, LeakyRelu, 3, 1, Size::px(19, 7)),
+            (&[(9, Upsample2), (18, AvgPool(2))], 50, Linear, 3, 1, Size::px(10, 6)),
+            (&[(6, None)], 8, LeakyRelu, 1, 2, Size::px(1, 1)),
+        ] {
+            check_conv(&on, ConvCase { inputs, outputs, activation, filter, groups, size });
+        }
+        for (channels, patch, kernel, cells) in
+            [(33, 4, KernelWeights::Linear, Size::px(17, 5)), (5, 1, KernelWeights::Softmax, Size::px(9, 4))]
+        {
+            check_head(&on, HeadCase { channels, patch, kernel, cells });
+        }
     }
 }
 

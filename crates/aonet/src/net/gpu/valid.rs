@@ -10,6 +10,7 @@ use crate::gpu::wgpu_30::matrix_trial;
 use crate::net::config::{Features, KernelWeights};
 use crate::net::gpu::conv::Kind;
 use crate::net::gpu::head::kernel_predict_matrix as head_matrix;
+use crate::net::gpu::head::kind::HeadKind;
 use crate::net::graph::Activation;
 use crate::net::plan::Resample;
 use wgpu::naga;
@@ -59,11 +60,11 @@ fn every_shader_is_valid() {
             }
             for patch in [1, 2, 4, 8] {
                 for kernel in [Off, Linear, Softmax] {
-                    let shader = head::shader(by, (patch, kernel), rows);
+                    let shader = head::kind::shader(by, HeadKind { patch, kernel }, rows);
                     validate(shader.source(), &format!("head {patch} {kernel:?}"));
                 }
                 for (matrices, kernel) in MATRICES.into_iter().zip([Linear, Softmax].into_iter().cycle()) {
-                    let shader = head_matrix::shader(matrices, 64, (patch, kernel));
+                    let shader = head_matrix::shader(matrices, 64, HeadKind { patch, kernel });
                     validate(shader.source(), &format!("head {patch} {matrices:?}"));
                 }
             }

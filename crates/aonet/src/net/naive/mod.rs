@@ -13,7 +13,8 @@ use crate::error::Result;
 use crate::frame::ao_image::{AoImage, AoParams};
 use crate::frame::gbuffer::GBuffer;
 use crate::net::config::KernelWeights;
-use crate::net::graph::{Activation, FIRST_TAP, GUIDE_CHANNELS, LEAKY_SLOPE, Op, TAPS, WINDOW};
+use crate::net::graph::{Activation, LEAKY_SLOPE, Op};
+use crate::net::kernel::{FIRST_TAP, GUIDE_CHANNELS, TAPS, WINDOW};
 use crate::net::model::Model;
 
 pub use features::features;

@@ -1,5 +1,6 @@
 //! The filter after a search. See `crate::search::denoise`.
 
+use crate::frame::size::Size;
 use crate::gpu::program::{Binding, BufferId, Dispatch, Dispatches};
 use crate::gpu::shader::Shader;
 use crate::gpu::surface::Surface;
@@ -10,13 +11,8 @@ use crate::search::denoise::{REACH, SPATIAL};
 const TILE: [usize; 2] = [16, 8];
 
 /// Adds the dispatch that filters the first buffer into the second, both HxW.
-pub(crate) fn push(
-    shader: Shader,
-    [found, filtered]: [BufferId; 2],
-    (width, height): (usize, usize),
-    list: &mut Dispatches,
-) {
-    let workgroups = [width.div_ceil(TILE[0]), height.div_ceil(TILE[1]), 1];
+pub(crate) fn push(shader: Shader, [found, filtered]: [BufferId; 2], size: Size, list: &mut Dispatches) {
+    let workgroups = [size.width().div_ceil(TILE[0]), size.height().div_ceil(TILE[1]), 1];
     let dispatch = Dispatch { label: "denoise", shader, sees_frame: true, workgroups };
     list.push(&dispatch, &[Binding::Write(filtered), Binding::Read(found)]);
 }

@@ -2,6 +2,7 @@
 
 use super::{agtao, denoise, gtao, hbao, pixels, ssao, ssdo, vbao};
 use crate::error::{Error, Result};
+use crate::frame::size::Size;
 use crate::gpu::image::{Image, Raw};
 use crate::gpu::options::{Precision, TextureEncoding};
 use crate::gpu::program::{Arithmetic, Binding, BufferId, Describe, Dispatches, Program};
@@ -30,7 +31,7 @@ impl Method {
     }
 
     /// Adds the dispatches that fill `found`.
-    fn push_search(&self, found: BufferId, size: (usize, usize), list: &mut Dispatches) -> Result<()> {
+    fn push_search(&self, found: BufferId, size: Size, list: &mut Dispatches) -> Result<()> {
         let mut bindings = vec![Binding::Write(found)];
         match &self.method {
             Classic::Ssao(params) => {
@@ -41,20 +42,19 @@ impl Method {
             }
             Classic::Gtao(params) => {
                 let pyramid = Pyramid::new(size, list);
-                pyramid.push(self.surface, params, size, list);
+                pyramid.push(self.surface, params, list);
                 bindings.extend(pyramid.bindings());
             }
             Classic::Hbao(_) | Classic::Vbao(_) | Classic::Agtao(_) | Classic::Nnao(_) => {}
         }
         let shader = shader(self.surface, &self.method)?;
-        pixels::push((self.method.name(), shader), &bindings, size, list);
+        pixels::push(self.method.name(), shader, &bindings, size, list);
         Ok(())
     }
 }
 
 impl Describe for Method {
-    fn program(&self, size: (usize, usize)) -> Result<Program> {
-        crate::Size::new(size.0, size.1)?;
+    fn program(&self, size: Size) -> Result<Program> {
         let (surface, mut list) = (self.surface, Dispatches::default());
         let buffers = [(); 2].map(|()| pixels::visibility(&mut list, "visibility", size));
         self.push_search(buffers[0], size, &mut list)?;

@@ -1,5 +1,6 @@
 //! A method that looks around every pixel.
 
+use crate::frame::size::Size;
 use crate::gpu::program::{Binding, BufferId, Dispatch, Dispatches};
 use crate::gpu::shader::Shader;
 use crate::gpu::surface::Surface;
@@ -28,17 +29,12 @@ pub(crate) fn shader(surface: Surface, by: Reach) -> Shader {
 }
 
 /// Adds a buffer for one number a pixel.
-pub(crate) fn visibility(list: &mut Dispatches, label: &str, (width, height): (usize, usize)) -> BufferId {
-    list.storage(label, width * height * size_of::<f32>())
+pub(crate) fn visibility(list: &mut Dispatches, label: &str, size: Size) -> BufferId {
+    list.storage(label, size.pixels() * size_of::<f32>())
 }
 
-/// Adds the dispatch of a shader, with its label, over a frame of `size` (width, height) (px).
-pub(crate) fn push(
-    (label, shader): (&str, Shader),
-    bindings: &[Binding],
-    (width, height): (usize, usize),
-    list: &mut Dispatches,
-) {
-    let workgroups = [width.div_ceil(TILE[0]), height.div_ceil(TILE[1]), 1];
+/// Adds the dispatch of a shader over a frame of `size`.
+pub(crate) fn push(label: &str, shader: Shader, bindings: &[Binding], size: Size, list: &mut Dispatches) {
+    let workgroups = [size.width().div_ceil(TILE[0]), size.height().div_ceil(TILE[1]), 1];
     list.push(&Dispatch { label, shader, sees_frame: true, workgroups }, bindings);
 }

@@ -1,5 +1,6 @@
 //! Coarser depth for far taps. See `crate::search::pyramid`.
 
+use crate::frame::size::Size;
 use crate::gpu::program::{Binding, BufferId, Dispatch, Dispatches};
 use crate::gpu::shader::Shader;
 use crate::gpu::surface::Surface;
@@ -15,12 +16,15 @@ pub(crate) struct Pyramid {
     /// The struct `Levels` of `levels.wgsl`.
     levels: BufferId,
     coarse: BufferId,
+    /// Of the frame.
+    size: Size,
 }
 
 impl Pyramid {
-    /// Adds memory for a frame of `size` (width, height) (px).
-    pub(crate) fn new(size: (usize, usize), list: &mut Dispatches) -> Self {
-        let sizes = (1..=COARSER).map(|level| [size.0, size.1].map(|side| side.div_ceil(1 << level)));
+    /// Adds memory for a frame of `size`.
+    pub(crate) fn new(size: Size, list: &mut Dispatches) -> Self {
+        let sizes =
+            (1..=COARSER).map(|level| [size.width(), size.height()].map(|side| side.div_ceil(1 << level)));
         let (mut numbers, mut cells) = ([0; 2 * COARSER], 0);
         for (level, [width, height]) in sizes.enumerate() {
             (numbers[level], numbers[COARSER + level]) = (cells, width);
@@ -28,7 +32,7 @@ impl Pyramid {
         }
         let levels = list.uniform("pyramid levels", &numbers);
         let coarse = list.storage("pyramid", cells * size_of::<f32>());
-        Self { levels, coarse }
+        Self { levels, coarse, size }
     }
 
     /// What a search binds after its output.
@@ -37,17 +41,12 @@ impl Pyramid {
     }
 
     /// Adds the dispatch that fills it, if there are coarser levels.
-    pub(crate) fn push(
-        self,
-        surface: Surface,
-        params: &GtaoParams,
-        (width, height): (usize, usize),
-        list: &mut Dispatches,
-    ) {
+    pub(crate) fn push(self, surface: Surface, params: &GtaoParams, list: &mut Dispatches) {
         if coarser(params) == 0 {
             return;
         }
-        let (shader, workgroups) = (shader(surface, params), [width.div_ceil(16), height.div_ceil(16), 1]);
+        let shader = shader(surface, params);
+        let workgroups = [self.size.width().div_ceil(16), self.size.height().div_ceil(16), 1];
         let bindings = [Binding::Uniform(self.levels), Binding::Write(self.coarse)];
         list.push(&Dispatch { label: "pyramid", shader, sees_frame: true, workgroups }, &bindings);
     }

@@ -1,21 +1,22 @@
 //! Classic methods on a device, beside the networks: same textures, same verbs.
 
 use crate::error::Result;
+use crate::frame::size::Size;
 use crate::gpu::wgpu_30::options::Options;
 use crate::gpu::wgpu_30::session::Session;
 use crate::search::Classic;
 use crate::search::gpu::method::Method;
 
 impl Session<Method> {
-    /// A session for frames of `size` (width, height) (px). Precision and kernels of the options do not matter.
+    /// A session for frames of `size`. Precision and kernels of the options do not matter.
     ///
     /// # Errors
-    /// When the method is NNAO or a parameter is out of its range, when a side is 0 or too large for the device, or the
+    /// When the method is NNAO or a parameter is out of its range, when a side is too large for the device, or the
     /// device lacks what WebGPU promises or does not have enough memory.
     pub fn new(
         on: (&wgpu::Device, &wgpu::Queue),
         method: &Classic,
-        size: (usize, usize),
+        size: Size,
         options: Options,
     ) -> Result<Self> {
         Self::of(on, Method::new(method, options.textures())?, size, options.output)

@@ -9,6 +9,7 @@ use super::Args;
 use super::subject::{Case, Method};
 use crate::output;
 use anyhow::{Result, ensure};
+use aonet::Size;
 use aonet::gpu::{Device, wgpu};
 use aonet_lab::timing::gpu::{GpuMethod, PassCost, Spread, classic_costs, network_costs, time_on_gpu};
 use estimate::{Peaks, RTX_3060};
@@ -18,7 +19,7 @@ use serde::Serialize;
 use serde_json::json;
 
 /// Common screens.
-const SIZES: [(usize, usize); 3] = [(1280, 720), (1920, 1080), (3840, 2160)];
+const SIZES: [Size; 3] = [Size::px(1280, 720), Size::px(1920, 1080), Size::px(3840, 2160)];
 /// Counted runs. guess: enough for a median.
 const RUNS: usize = 50;
 
@@ -66,7 +67,7 @@ pub(super) fn run(args: &Args) -> Result<()> {
     for (name, method) in methods::methods(args)? {
         for way in methods::ways(args, &device, &method)? {
             for size in if args.size.is_empty() { SIZES.to_vec() } else { args.size.clone() } {
-                output::note(&format!("{name} {}x{}, {}, {}", size.0, size.1, way.precision, way.kernels));
+                output::note(&format!("{name} {size}, {}, {}", way.precision, way.kernels));
                 let on = measured.then_some(&device);
                 rows.push(row(Case { name: &name, method: &method, size }, way, on, args)?);
             }
@@ -105,8 +106,8 @@ fn row(case: Case<'_>, way: Way, on: Option<&Device>, args: &Args) -> Result<Row
         method: name.to_owned(),
         precision: precision.to_string(),
         kernels: kernels.to_string(),
-        width: size.0,
-        height: size.1,
+        width: size.width(),
+        height: size.height(),
         flop: passes.iter().map(|p| p.cost.flop).sum(),
         bytes: passes.iter().map(|p| p.cost.bytes).sum(),
         floor_ms: passes.iter().map(|p| p.floor_ms).sum(),

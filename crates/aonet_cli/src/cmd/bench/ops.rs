@@ -72,7 +72,6 @@ pub(super) fn run(args: &Args, subjects: &[Subject]) -> Result<()> {
 }
 
 fn steps(case: Case<'_>, Setting { options, peaks }: Setting, ops: Vec<OpTime>) -> Steps {
-    let (width, height) = case.size;
     let frame_ms: f64 = ops.iter().map(|op| op.median_ms).sum();
     let row = |op: OpTime| {
         let flop_floor_ms = op.cost.flop / peaks.gflop_per_s / 1e6;
@@ -83,8 +82,8 @@ fn steps(case: Case<'_>, Setting { options, peaks }: Setting, ops: Vec<OpTime>) 
     };
     Steps {
         network: case.name.to_owned(),
-        width,
-        height,
+        width: case.size.width(),
+        height: case.size.height(),
         threads: options.threads,
         precision: options.precision.to_string(),
         gflop_per_s: peaks.gflop_per_s,

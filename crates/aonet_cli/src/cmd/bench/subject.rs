@@ -4,6 +4,7 @@ use super::Args;
 use crate::device::Device;
 use crate::setup;
 use anyhow::{Context, Result};
+use aonet::Size;
 use aonet::net::{Model, ModelConfig};
 use aonet::search::Classic;
 use aonet_lab::timing;
@@ -35,8 +36,7 @@ pub(super) struct Case<'a> {
     /// Name of the method in tables.
     pub(super) name: &'a str,
     pub(super) method: &'a Method,
-    /// Width and height (px).
-    pub(super) size: (usize, usize),
+    pub(super) size: Size,
 }
 
 /// A method that can run.

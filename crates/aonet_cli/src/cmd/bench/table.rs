@@ -4,6 +4,7 @@ use super::subject::{Case, Method, Subject};
 use super::{Args, machine, progress};
 use crate::output::{self, Style, number, table};
 use anyhow::Result;
+use aonet::Size;
 use aonet::net::Model;
 use aonet::net::cpu::{Options, Precision};
 use aonet_lab::timing::{self, Times};
@@ -93,11 +94,10 @@ fn measure(case: Case<'_>, options: Options, runs: usize) -> Result<Row> {
 }
 
 fn row(case: Case<'_>, threads: usize, times: Times) -> Row {
-    let (width, height) = case.size;
     Row {
         method: case.name.to_owned(),
-        width,
-        height,
+        width: case.size.width(),
+        height: case.size.height(),
         threads,
         precision: None,
         times,
@@ -110,9 +110,9 @@ fn row(case: Case<'_>, threads: usize, times: Times) -> Row {
 }
 
 /// Operations of a frame (1e9), two for each multiply-add.
-fn gflop(model: &Model, (width, height): (usize, usize)) -> f64 {
+fn gflop(model: &Model, size: Size) -> f64 {
     let step = model.graph().alignment();
-    let padded = (width.next_multiple_of(step) * height.next_multiple_of(step)) as f64;
+    let padded = (size.width().next_multiple_of(step) * size.height().next_multiple_of(step)) as f64;
     2e-9 * model.graph().macs_per_pixel() * padded
 }
 

@@ -21,8 +21,7 @@ pub(super) fn run(args: &Args, stage: Stage, out: &Path) -> Result<()> {
     let device = Device::wait_for()?;
     let mut scene = stage.tracer.scene().clone();
     colours::add_plain(&mut scene);
-    let size = (stage.view.width, stage.view.height);
-    let mut renderer = Renderer::on(&device, &scene, size)?;
+    let mut renderer = Renderer::on(&device, &scene, stage.view.size()?)?;
     renderer.missing_images().iter().for_each(|missing| log::warn!("{missing}"));
     if frame(args, &stage, 0)?.traces() {
         renderer.set_tracer(&stage.tracer)?;

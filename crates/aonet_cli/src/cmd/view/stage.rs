@@ -32,8 +32,8 @@ impl Stage {
             scene: args.scene.clone(),
             view: args.view.clone(),
             environment: args.environment,
-            width: Some(args.size.0),
-            height: Some(args.size.1),
+            width: Some(args.size.width()),
+            height: Some(args.size.height()),
             seed: 0,
         }
         .load()?;

@@ -112,7 +112,8 @@ fn plan(wanted: &Import, triples: &[Triple]) -> Result<DatasetPlan> {
     let folders: BTreeSet<Option<&str>> = triples.iter().map(|t| folder(&t.name)).collect();
     let scenes = folders.into_iter().map(|f| SceneSpec::imported(scene_name(f), wanted.split)).collect();
     let mut recipe = DatasetParams::preset(Preset::Imported(wanted.rule));
-    (recipe.width, recipe.height) = triple::size(&triples[0].files[0])?;
+    let size = triple::size(&triples[0].files[0])?;
+    (recipe.width, recipe.height) = (size.width(), size.height());
     recipe.radius = RadiusRule::Given(wanted.radius);
     let of = |split| if wanted.split == split { triples.len() as u32 } else { 0 };
     let [train, val, test] = [of(SceneSplit::Train), of(SceneSplit::Val), of(SceneSplit::Test)];

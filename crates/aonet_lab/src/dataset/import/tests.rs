@@ -13,7 +13,7 @@ use exr::image::FlatSamples;
 use half::f16;
 use std::sync::LazyLock;
 
-const SIZE: (usize, usize) = (48, 32);
+const SIZE: Size = Size::px(48, 32);
 
 /// A frame with background, in a camera's own space.
 static FRAME: LazyLock<Frame> = LazyLock::new(|| {
@@ -91,7 +91,7 @@ impl Desk {
     fn write(&self, name: &str, planes: Vec<Plane>) {
         let path = self.dir.path().join(name);
         std::fs::create_dir_all(path.parent().unwrap()).unwrap();
-        std::fs::write(path, encode(Size::px(SIZE.0, SIZE.1).into(), planes, None, None).unwrap()).unwrap();
+        std::fs::write(path, encode(SIZE.into(), planes, None, None).unwrap()).unwrap();
     }
 
     fn out(&self) -> PathBuf {
@@ -200,7 +200,7 @@ fn background_is_told_by_depth_or_normal() {
 }
 
 fn hidden_pixels(frame: &Frame) -> Vec<usize> {
-    (0..SIZE.0 * SIZE.1).filter(|&i| !frame.gbuffer.is_foreground(i)).collect()
+    (0..SIZE.pixels()).filter(|&i| !frame.gbuffer.is_foreground(i)).collect()
 }
 
 /// Normals that point to the viewer on the background.
@@ -236,7 +236,8 @@ fn folders_are_scenes_and_names_are_in_order() {
     );
     assert_eq!((manifest.missing(), manifest.frames(Split::Val).count()), (0, 4));
     assert_eq!(manifest.plan.recipe.radius, RadiusRule::Given(0.5));
-    assert_eq!((manifest.plan.recipe.width, manifest.plan.recipe.height), SIZE);
+    let recipe = &manifest.plan.recipe;
+    assert_eq!(Size::px(recipe.width, recipe.height), SIZE);
 }
 
 #[test]
@@ -335,19 +336,17 @@ fn imported_frames_are_not_made_again() {
 
 #[test]
 fn bad_images_are_named_with_what_is_wrong() {
-    let size = |name: &str, (width, height): (usize, usize)| {
-        let planes = vec![floats("Y", (0..width * height).map(|_| 0.5))];
-        (name.to_owned(), encode(Size::px(width, height).into(), planes, None, None).unwrap())
+    let size = |name: &str, size: Size| {
+        let planes = vec![floats("Y", (0..size.pixels()).map(|_| 0.5))];
+        (name.to_owned(), encode(size.into(), planes, None, None).unwrap())
     };
-    let file = |name: &str, planes| {
-        (name.to_owned(), encode(Size::px(SIZE.0, SIZE.1).into(), planes, None, None).unwrap())
-    };
+    let file = |name: &str, planes| (name.to_owned(), encode(SIZE.into(), planes, None, None).unwrap());
     let cut = |name: &str, planes| {
         let (name, mut bytes) = file(name, planes);
         bytes.truncate(bytes.len() / 2);
         (name, bytes)
     };
-    let constant = |name, value: f32| halves(name, (0..SIZE.0 * SIZE.1).map(move |_| value));
+    let constant = |name, value: f32| halves(name, (0..SIZE.pixels()).map(move |_| value));
     for ((name, bytes), words) in [
         (file("normal/1.exr", ao()), ["three channels", "found Y"]),
         (file("depth/1.exr", encoded()), ["R, G and B alike", " at ("]),
@@ -355,8 +354,8 @@ fn bad_images_are_named_with_what_is_wrong() {
         (file("depth/1.exr", vec![constant("U", 1.0), constant("V", 1.0)]), ["one channel", "U, V"]),
         (file("depth/1.exr", vec![constant("ao", 1.0)]), ["one channel", "found ao"]),
         (file("depth/1.exr", ["X", "Y", "Z"].map(|n| constant(n, 1.0)).into()), ["one channel", "X, Y, Z"]),
-        (size("depth/1.exr", (32, 48)), ["48x32 as in", "found 32x48"]),
-        (size("ao/1.exr", (48, 31)), ["48x32 as in", "found 48x31"]),
+        (size("depth/1.exr", Size::px(32, 48)), ["48x32 as in", "found 32x48"]),
+        (size("ao/1.exr", Size::px(48, 31)), ["48x32 as in", "found 48x31"]),
         (cut("normal/1.exr", encoded()), ["OpenEXR", "found"]),
         (cut("depth/1.exr", depth(|d| d)), ["OpenEXR", "found"]),
         (cut("ao/1.exr", ao()), ["OpenEXR", "found"]),

@@ -3,7 +3,7 @@
 use super::{Import, NormalCoding};
 use crate::exr_file::{Channel, ExrFile};
 use crate::frame::{Frame, channels};
-use aonet::{AoImage, GBuffer};
+use aonet::{AoImage, GBuffer, Size};
 use aonet_scene::error::{Error, Result};
 use aonet_scene::view::View;
 use glam::Vec3;
@@ -20,21 +20,20 @@ const OVERSHOOT: f32 = 0.1;
 
 /// Channels of an image.
 struct Planes {
-    size: (usize, usize),
+    size: Size,
     /// HxW values of each channel.
     values: Vec<Vec<f32>>,
     /// Depth from which on a pixel is background.
     far_away: f32,
 }
 
-/// Width and height (px) of an image.
+/// Size of an image.
 ///
 /// # Errors
 /// When the file cannot be read or is not an image.
-pub(super) fn size(path: &Path) -> Result<(usize, usize)> {
+pub(super) fn size(path: &Path) -> Result<Size> {
     let bytes = std::fs::read(path).map_err(Error::io(path))?;
-    let size = ExrFile::open(&bytes).map_err(Error::in_file(path))?.size();
-    Ok((size.width(), size.height()))
+    Ok(ExrFile::open(&bytes).map_err(Error::in_file(path))?.size())
 }
 
 /// The frame of the files of normals, depth and AO, and the view that it has.
@@ -44,25 +43,25 @@ pub(super) fn size(path: &Path) -> Result<(usize, usize)> {
 pub(super) fn read([normal, depth, ao]: &[PathBuf; 3], wanted: &Import) -> Result<(Frame, View)> {
     let three = |found: &[Channel]| channels::normal(found).map(Vec::from);
     let raw = planes(normal, (three, "three channels: R, G, B or normal.X, normal.Y, normal.Z"), 0.0)?;
-    let (width, height) = raw.size;
+    let size = raw.size;
     let mut distance = planes(depth, (channels::depth, "one channel, or R, G, B alike"), f32::INFINITY)?;
     let mut visibility = planes(ao, (channels::ao_alone, "one channel, or R, G, B alike"), 1.0)?;
     for (path, found) in [(depth, &distance), (ao, &visibility)] {
-        if found.size != raw.size {
-            let expected = format!("{width}x{height} as in {}", normal.display());
-            return Err(Error::file(path, expected, format!("{}x{}", found.size.0, found.size.1)));
+        if found.size != size {
+            let expected = format!("{size} as in {}", normal.display());
+            return Err(Error::file(path, expected, found.size));
         }
     }
     let mut distance_values = grey(&mut distance, depth)?;
     find_background(&mut distance_values, distance.far_away);
     let raw: Vec<Vec3> =
-        (0..width * height).map(|i| Vec3::from_array([0, 1, 2].map(|c| raw.values[c][i]))).collect();
+        (0..size.pixels()).map(|i| Vec3::from_array([0, 1, 2].map(|c| raw.values[c][i]))).collect();
     check_coding(&raw, &distance_values, wanted.rule.normals).map_err(Error::in_file(normal))?;
     let unit = unit_normals(&raw, &mut distance_values, wanted.rule.normals);
     if distance_values.iter().all(|d| *d == f32::INFINITY) {
         return Err(Error::file(depth, "a pixel with a depth and a normal", "background alone"));
     }
-    let view = view(wanted, (width, height));
+    let view = view(wanted, size);
     let camera = view.camera().map_err(Error::in_file(normal))?;
     let gbuffer = GBuffer::new(camera, distance_values, unit).map_err(Error::in_file(normal))?;
     let ao = visible(grey(&mut visibility, ao)?, &gbuffer).map_err(Error::in_file(ao))?;
@@ -77,15 +76,15 @@ pub(super) fn read([normal, depth, ao]: &[PathBuf; 3], wanted: &Import) -> Resul
 }
 
 /// A camera at the origin that looks along -Z, because its position in the world is unknown.
-fn view(wanted: &Import, (width, height): (usize, usize)) -> View {
+fn view(wanted: &Import, size: Size) -> View {
     View {
         eye: [0.0; 3],
         target: [0.0, 0.0, -1.0],
         up: [0.0, 1.0, 0.0],
         fov_y_deg: wanted.rule.fov_y_deg,
         ortho_height: None,
-        width,
-        height,
+        width: size.width(),
+        height: size.height(),
         near: 0.0,
         far: f32::INFINITY,
         radius: wanted.radius,
@@ -105,7 +104,7 @@ fn planes(
     let Some(found) = find(file.channels()) else {
         return Err(Error::file(path, expected, channels::list(file.channels())));
     };
-    let (size, far_away) = ((file.size().width(), file.size().height()), channels::far_away(&found[0]));
+    let (size, far_away) = (file.size(), channels::far_away(&found[0]));
     let wanted: Vec<_> = found.into_iter().map(|channel| (channel, outside)).collect();
     let values = file.planes(&wanted).map_err(Error::in_file(path))?;
     Ok(Planes { size, values, far_away })
@@ -117,7 +116,7 @@ fn grey(planes: &mut Planes, path: &Path) -> Result<Vec<f32>> {
     for other in &planes.values[1..] {
         let differs = |(a, b): (&f32, &f32)| a.to_bits() != b.to_bits();
         if let Some(i) = first.iter().zip(other).position(differs) {
-            let (x, y) = (i % planes.size.0, i / planes.size.0);
+            let (x, y) = (i % planes.size.width(), i / planes.size.width());
             let found = format!("{} and {} at ({x}, {y})", first[i], other[i]);
             return Err(Error::file(path, "grey: R, G and B alike", found));
         }

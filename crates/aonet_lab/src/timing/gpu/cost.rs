@@ -2,9 +2,10 @@
 
 use crate::timing::ops;
 use crate::timing::searches::{FILTER_FLOP, SearchCost, parameter, search_cost};
+use aonet::Size;
 use aonet::gpu::Precision;
 use aonet::net::config::Channel;
-use aonet::net::plan::{BufferId, Plan, Step};
+use aonet::net::plan::{BufferId, ConvStep, HeadStep, Plan, Step};
 use aonet::net::{KernelWeights, Model};
 use aonet::search::Classic;
 use serde::Serialize;
@@ -35,24 +36,20 @@ const IMAGE: f64 = 8.0;
 /// A cell for every four of the finer level, a third as many as pixels in all.
 const PYRAMID: f64 = 35.0 / 3.0;
 
-/// The passes of a network's frame in order, for sessions of this size (width, height) (px).
+/// The passes of a network's frame in order, for sessions of this size.
 ///
 /// # Errors
-/// When a side is out of range.
-pub fn network_costs(
-    model: &Model,
-    size: (usize, usize),
-    precision: Precision,
-) -> aonet_scene::Result<Vec<PassCost>> {
-    let plan = Plan::new(model.graph(), size.0, size.1)?;
-    let pixels = (size.0 * size.1) as f64;
+/// When the buffers do not fit in memory.
+pub fn network_costs(model: &Model, size: Size, precision: Precision) -> aonet_scene::Result<Vec<PassCost>> {
+    let plan = Plan::new(model.graph(), size)?;
+    let pixels = size.pixels() as f64;
     let mut costs = Vec::new();
     if model.config().features.sees(Channel::DepthNormalized) {
         costs.push(cost("depth range", DEPTH_RANGE * pixels, DEPTH * pixels));
     }
-    costs.extend(plan.steps.iter().map(|step| of_step((model, &plan), step, precision)));
-    if plan.steps.iter().any(|step| matches!(step, Step::Head { .. })) {
-        let corrects = |s: &Step| matches!(s, Step::Head { base: Some(_), .. });
+    costs.extend(plan.steps.iter().map(|step| of_step(model, &plan, step, precision)));
+    if plan.steps.iter().any(|step| matches!(step, Step::Head(_))) {
+        let corrects = |s: &Step| matches!(s, Step::Head(HeadStep { base: Some(_), .. }));
         let base = if plan.steps.iter().any(corrects) { VISIBILITY } else { 0.0 };
         costs.push(cost("image", IMAGE * pixels, (DEPTH + VISIBILITY + base + OUTPUT) * pixels));
     }
@@ -60,8 +57,8 @@ pub fn network_costs(
 }
 
 /// The same of a classic method; none where it has no shaders.
-pub fn classic_costs(method: &Classic, (width, height): (usize, usize)) -> Vec<PassCost> {
-    let pixels = (width * height) as f64;
+pub fn classic_costs(method: &Classic, size: Size) -> Vec<PassCost> {
+    let pixels = size.pixels() as f64;
     let mut costs = search(method, pixels);
     costs.push(cost("image", IMAGE * pixels, (DEPTH + VISIBILITY + OUTPUT) * pixels));
     costs
@@ -81,8 +78,8 @@ fn search(method: &Classic, pixels: f64) -> Vec<PassCost> {
     costs
 }
 
-fn of_step((model, plan): (&Model, &Plan), step: &Step, precision: Precision) -> PassCost {
-    let pixels = (plan.size.0 * plan.size.1) as f64;
+fn of_step(model: &Model, plan: &Plan, step: &Step, precision: Precision) -> PassCost {
+    let pixels = plan.size.pixels() as f64;
     let real = match precision {
         Precision::F32 => 4.0,
         Precision::F16 => 2.0,
@@ -91,7 +88,7 @@ fn of_step((model, plan): (&Model, &Plan), step: &Step, precision: Precision) ->
         let buffer = &plan.buffers[id];
         (buffer.channels * buffer.width * buffer.height) as f64 * real
     };
-    let counted = ops::cost((model, plan), step);
+    let counted = ops::cost(model, plan, step);
     match step {
         Step::Search { search, .. } => {
             cost(search.method().name(), counted.flop, (NORMAL + DEPTH + VISIBILITY) * pixels)
@@ -102,14 +99,14 @@ fn of_step((model, plan): (&Model, &Plan), step: &Step, precision: Precision) ->
             cost("features", FEATURES * pixels, (NORMAL + DEPTH + found) * pixels + bytes(*output))
         }
         // Activations and weights; these are counted as f32.
-        Step::Conv { name, .. } => cost(name, counted.flop, counted.bytes * real / 4.0),
-        Step::Head { name, input, guide, kernel, .. } => {
+        Step::Conv(ConvStep { name, .. }) => cost(name, counted.flop, counted.bytes * real / 4.0),
+        Step::Head(HeadStep { name, input, guide, kernel, .. }) => {
             let guide = match kernel {
                 KernelWeights::Off => 0.0,
                 KernelWeights::Linear | KernelWeights::Softmax => bytes(*guide),
             };
             let weights = model.weights().get(&format!("{name}.weight")).values.len() as f64 * real;
-            let raw = (plan.padded.0 * plan.padded.1) as f64 * VISIBILITY;
+            let raw = plan.padded.pixels() as f64 * VISIBILITY;
             cost("head", counted.flop, bytes(*input) + guide + weights + raw)
         }
         Step::Image { input } => {
@@ -138,12 +135,12 @@ mod tests {
     #[test]
     fn convolutions_are_counted_as_the_graph_counts_them() {
         for config in [ModelConfig::paper(), ModelConfig::any_radius(), ModelConfig::deep_ao()] {
-            let (model, size) = (model(config.clone()), (256, 128));
+            let (model, size) = (model(config.clone()), Size::px(256, 128));
             let costs = network_costs(&model, size, Precision::F32).unwrap();
             let others = ["agtao", "denoise", "depth range", "features", "image"];
             let convs = costs.iter().filter(|c| !others.contains(&c.pass.as_str()));
             let found: f64 = convs.map(|c| c.flop).sum();
-            let expected = 2.0 * model.graph().macs_per_pixel() * (size.0 * size.1) as f64;
+            let expected = 2.0 * model.graph().macs_per_pixel() * size.pixels() as f64;
             assert!((found / expected - 1.0).abs() < 1e-12, "{found} {expected} {config:?}");
         }
     }
@@ -152,7 +149,7 @@ mod tests {
     fn costs_are_those_worked_out_by_hand() {
         let model = model(ModelConfig::paper());
         let of = |precision| {
-            let costs = network_costs(&model, (64, 32), precision).unwrap();
+            let costs = network_costs(&model, Size::px(64, 32), precision).unwrap();
             costs.into_iter().find(|c| c.pass == "dec0.conv0").unwrap()
         };
         let cells = 16 * 8;
@@ -160,7 +157,7 @@ mod tests {
         let values = (48 * cells / 4 + 32 * cells + 32 * cells + 9 * 80 * 32 + 32) as f64;
         assert_eq!((of(Precision::F32).bytes, of(Precision::F16).bytes), (4.0 * values, 2.0 * values));
         assert_eq!(of(Precision::F16).flop, (2 * 9 * 80 * 32 * cells) as f64);
-        let gtao = classic_costs(&Classic::named("gtao").unwrap(), (60, 20));
+        let gtao = classic_costs(&Classic::named("gtao").unwrap(), Size::px(60, 20));
         let bytes: Vec<_> = gtao.iter().map(|c| (c.pass.as_str(), c.bytes / 1200.0)).collect();
         let third = 4.0 / 3.0;
         let expected = [("pyramid", 4.0 + third), ("gtao", 16.0 + third), ("denoise", 20.0), ("image", 9.0)];

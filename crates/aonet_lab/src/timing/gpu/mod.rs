@@ -9,6 +9,7 @@ mod scene;
 pub use cost::{PassCost, classic_costs, network_costs};
 
 use super::{median, ms_since};
+use aonet::Size;
 use aonet::gpu::{Device, Kernels, Options, Precision, Timestamps, View, wgpu};
 use aonet::net::Model;
 use aonet::net::gpu::Session;
@@ -71,7 +72,7 @@ enum Runs {
 }
 
 impl Runs {
-    fn new(device: &Device, of: GpuMethod<'_>, size: (usize, usize)) -> Result<Self> {
+    fn new(device: &Device, of: GpuMethod<'_>, size: Size) -> Result<Self> {
         let at = (&device.device, &device.queue);
         Ok(match of {
             GpuMethod::Network(model, precision, kernels) => {
@@ -123,17 +124,12 @@ impl Runs {
     }
 }
 
-/// Times `runs` frames (at least one) of `size` (width, height) (px) pass by pass, and as many batches of frames; after a first
+/// Times `runs` frames (at least one) of `size` pass by pass, and as many batches of frames; after a first
 /// frame that is not counted.
 ///
 /// # Errors
-/// When a side is out of range, the device lacks something or is lost, or the method has no shaders.
-pub fn time_on_gpu(
-    device: &Device,
-    of: GpuMethod<'_>,
-    size: (usize, usize),
-    runs: usize,
-) -> Result<GpuTimes> {
+/// When the device lacks something or is lost, or the method has no shaders.
+pub fn time_on_gpu(device: &Device, of: GpuMethod<'_>, size: Size, runs: usize) -> Result<GpuTimes> {
     let (runs, session, scene) = (runs.max(1), Runs::new(device, of, size)?, Scene::new(device, size)?);
     let view = session.view(&scene)?;
     let batch = |frames: usize| -> Result<f64> {
@@ -194,7 +190,8 @@ mod tests {
     #[test]
     fn every_pass_has_a_cost_and_a_time() {
         let Some(device) = device() else { return };
-        let (paper, any, size) = (model(ModelConfig::paper()), model(ModelConfig::any_radius()), (64, 48));
+        let (paper, any, size) =
+            (model(ModelConfig::paper()), model(ModelConfig::any_radius()), Size::px(64, 48));
         let gtao = Classic::named("gtao:tuned").unwrap();
         let flat = Classic::named("ssao").unwrap();
         for (of, costs) in [

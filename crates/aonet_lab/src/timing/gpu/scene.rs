@@ -1,8 +1,9 @@
 //! Textures of the timed frame, as in a renderer.
 
 use crate::timing::{RADIUS, bump};
+use aonet::gpu::bind::extent;
 use aonet::gpu::{DepthEncoding, Device, Frame, Options, Precision, Textures, wgpu};
-use aonet::{AoParams, GBuffer};
+use aonet::{AoParams, GBuffer, Size};
 use aonet_scene::Result;
 use half::f16;
 
@@ -18,12 +19,12 @@ pub(super) struct Scene {
 }
 
 impl Scene {
-    /// The synthetic frame of all timings, at `size` (width, height) (px).
+    /// The synthetic frame of all timings, at `size`.
     ///
     /// # Errors
-    /// When a side is out of range.
-    pub(super) fn new(device: &Device, size: (usize, usize)) -> Result<Self> {
-        let gbuffer = bump(size.0, size.1)?;
+    /// When the radius is out of range.
+    pub(super) fn new(device: &Device, size: Size) -> Result<Self> {
+        let gbuffer = bump(size)?;
         let normals = gbuffer.normal().iter().flat_map(|n| [n[0], n[1], n[2], 0.0].map(f16::from_f32));
         let depths = gbuffer.depth().iter().flat_map(|d| d.to_le_bytes());
         let textures = [
@@ -43,13 +44,9 @@ impl Scene {
     }
 }
 
-fn extent((width, height): (usize, usize)) -> wgpu::Extent3d {
-    wgpu::Extent3d { width: width as u32, height: height as u32, depth_or_array_layers: 1 }
-}
-
 fn texture(
     device: &Device,
-    size: (usize, usize),
+    size: Size,
     format: wgpu::TextureFormat,
     usage: wgpu::TextureUsages,
 ) -> wgpu::Texture {
@@ -71,12 +68,12 @@ fn filled(
     format: wgpu::TextureFormat,
     texels: impl Iterator<Item = u8>,
 ) -> wgpu::Texture {
-    let (size, texels) = ((of.width(), of.height()), texels.collect::<Vec<_>>());
+    let (size, texels) = (of.size(), texels.collect::<Vec<_>>());
     let usage = wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST;
     let texture = texture(device, size, format, usage);
     let layout = wgpu::TexelCopyBufferLayout {
         offset: 0,
-        bytes_per_row: Some((texels.len() / size.1) as u32),
+        bytes_per_row: Some((texels.len() / size.height()) as u32),
         rows_per_image: None,
     };
     device.queue.write_texture(texture.as_image_copy(), &texels, layout, extent(size));

@@ -15,6 +15,13 @@ const LEAST_ROWS: usize = 4;
 /// Most lanes of a vector; rows are longer by one vector.
 const LANES: usize = 16;
 
+/// Consecutive rows of an image.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Rows {
+    pub(super) first: usize,
+    pub(super) count: usize,
+}
+
 /// The layout of an image with a border.
 pub(super) struct Bordered {
     planes: usize,
@@ -43,9 +50,10 @@ impl Bordered {
     }
 
     /// Writes some rows of every plane of `image`, one plane after the other. Row 0 is the border's first.
-    pub(super) fn fill(&self, image: &[f32], (first, rows): (usize, usize), band: &mut [f32]) {
+    pub(super) fn fill(&self, image: &[f32], rows: Rows, band: &mut [f32]) {
+        let Rows { first, count } = rows;
         let planes = image.chunks_exact(self.height * self.width);
-        for (plane, band) in planes.zip(band.chunks_exact_mut(rows * self.stride)) {
+        for (plane, band) in planes.zip(band.chunks_exact_mut(count * self.stride)) {
             for (row, line) in band.chunks_exact_mut(self.stride).enumerate() {
                 let y = (first + row).checked_sub(self.border).filter(|y| *y < self.height);
                 let y = match self.beyond {

@@ -3,7 +3,8 @@
 #![allow(unsafe_code, reason = "matrix products by pointer and stride")]
 
 use super::Values;
-use super::direct::{self, Direct};
+use super::bordered::Rows;
+use super::direct::{self, Direct, Filter};
 use aonet::simd::{Isa, Level};
 
 /// Floats of the unfolded image that are processed at a time: 1 MiB stays in the cache.
@@ -20,6 +21,12 @@ pub(super) enum Way {
     Unfold,
     /// For filters of 3x3.
     Direct(Isa),
+}
+
+/// The gradients to compute, zeros at first. Frozen tensors need none.
+pub(super) struct Wanted<'a> {
+    pub(super) image: Option<&'a mut [f32]>,
+    pub(super) filter: Option<&'a mut [f32]>,
 }
 
 /// A convolution's sizes.
@@ -63,16 +70,17 @@ impl Convolution {
         self.inputs * self.size * self.size
     }
 
-    /// The image's rows in blocks: first row and number of rows.
-    fn blocks(&self) -> impl Iterator<Item = (usize, usize)> + use<> {
+    /// The image's rows in blocks.
+    fn blocks(&self) -> impl Iterator<Item = Rows> + use<> {
         let rows = (BLOCK / (self.unfolded() * self.width)).clamp(1, self.height);
         let height = self.height;
-        (0..height).step_by(rows).map(move |y| (y, rows.min(height - y)))
+        (0..height).step_by(rows).map(move |first| Rows { first, count: rows.min(height - first) })
     }
 
     /// Calls `visit` with the row of the unfolded block and the row of the image it comes from, as ranges, and the
     /// filter column's offset.
-    fn each_row(&self, (first, rows): (usize, usize), mut visit: impl FnMut(usize, usize, isize)) {
+    fn each_row(&self, block: Rows, mut visit: impl FnMut(usize, usize, isize)) {
+        let Rows { first, count: rows } = block;
         let half = (self.size / 2) as isize;
         for channel in 0..self.inputs {
             for tap in 0..self.size * self.size {
@@ -87,7 +95,7 @@ impl Convolution {
     }
 
     /// The values that the pixels of a block read, as a matrix of `unfolded` x rows·width.
-    fn unfold(&self, image: &[f32], block: (usize, usize), out: &mut [f32]) {
+    fn unfold(&self, image: &[f32], block: Rows, out: &mut [f32]) {
         let w = self.width;
         self.each_row(block, |to, from, dx| {
             let (to, from) = (&mut out[to..to + w], &image[from..from + w]);
@@ -103,7 +111,7 @@ impl Convolution {
     }
 
     /// The transpose of [`Self::unfold`], added to `image`.
-    fn fold(&self, unfolded: &[f32], block: (usize, usize), image: &mut [f32]) {
+    fn fold(&self, unfolded: &[f32], block: Rows, image: &mut [f32]) {
         let w = self.width;
         let add = |to: &mut [f32], from: &[f32]| to.iter_mut().zip(from).for_each(|(t, f)| *t += f);
         self.each_row(block, |from, to, dx| {
@@ -119,18 +127,19 @@ impl Convolution {
         });
     }
 
-    /// The filters' outputs plus bias; negative results are multiplied by `slope`.
-    pub(super) fn forward(&self, (x, weight, bias): (&[f32], &[f32], &[f32]), slope: f32, out: &mut [f32]) {
+    /// The filters' outputs plus bias, with their slope.
+    pub(super) fn forward(&self, x: &[f32], filter: Filter<'_>, out: &mut [f32]) {
         let area = self.pixels();
         let mut columns = vec![0.0; self.buffer()];
         let images = x.chunks_exact(self.inputs * area).zip(out.chunks_exact_mut(self.outputs * area));
         for (i, (x, out)) in images.enumerate() {
-            let weight = self.filters_of(i, weight);
-            let bias = &bias[i % self.groups * self.outputs..][..self.outputs];
+            let weight = self.filters_of(i, filter.weight);
+            let bias = &filter.bias[i % self.groups * self.outputs..][..self.outputs];
+            let (slope, filter) = (filter.slope, Filter { weight, bias, ..filter });
             match self.way {
-                Way::Direct(isa) => self.direct(isa).forward((x, weight, bias), slope, out),
+                Way::Direct(isa) => self.direct(isa).forward(x, filter, out),
                 Way::Unfold => {
-                    self.unfold_forward((x, weight, bias), &mut columns, out);
+                    self.unfold_forward(x, filter, &mut columns, out);
                     if slope != 1.0 {
                         out.iter_mut().for_each(|v| *v = v.max(slope * *v));
                     }
@@ -139,30 +148,23 @@ impl Convolution {
         }
     }
 
-    fn unfold_forward(
-        &self,
-        (x, weight, bias): (&[f32], &[f32], &[f32]),
-        columns: &mut [f32],
-        out: &mut [f32],
-    ) {
+    /// The filters' outputs plus bias.
+    fn unfold_forward(&self, x: &[f32], filter: Filter<'_>, columns: &mut [f32], out: &mut [f32]) {
+        let Filter { weight, bias, .. } = filter;
         let (k, area) = (self.unfolded(), self.pixels());
         out.chunks_exact_mut(area).zip(bias).for_each(|(plane, bias)| plane.fill(*bias));
-        for (first, rows) in self.blocks() {
-            let n = rows * self.width;
-            let (columns, stride) = self.columns(x, (first, rows), columns);
+        for block in self.blocks() {
+            let n = block.count * self.width;
+            let (columns, stride) = self.columns(x, block, columns);
             let weight = Matrix { values: weight, rows: self.outputs, columns: k, stride: (k, 1) };
             let columns = Matrix { values: columns, rows: k, columns: n, stride: (stride, 1) };
-            multiply_add(weight, columns, &mut out[first * self.width..], area);
+            multiply_add(weight, columns, &mut out[block.first * self.width..], area);
         }
     }
 
-    /// Gradients of the image and of the filter, added to the given zeros; frozen tensors need none.
-    pub(super) fn backward(
-        &self,
-        (x, weight): (&[f32], &[f32]),
-        slope: &[f32],
-        (image, filter): (Option<&mut [f32]>, Option<&mut [f32]>),
-    ) {
+    /// Adds the gradients of the image and of the filter, where they are wanted. `slope` is the gradient of the outputs.
+    pub(super) fn backward(&self, x: &[f32], weight: &[f32], slope: &[f32], wanted: Wanted<'_>) {
+        let Wanted { image, filter } = wanted;
         let (k, area) = (self.unfolded(), self.pixels());
         let mut columns = vec![0.0; self.buffer()];
         let images = x.chunks_exact(self.inputs * area).zip(slope.chunks_exact(self.outputs * area));
@@ -190,30 +192,30 @@ impl Convolution {
 
     fn unfold_filter(&self, (x, slope): (&[f32], &[f32]), columns: &mut [f32], filter: &mut [f32]) {
         let k = self.unfolded();
-        for (first, rows) in self.blocks() {
-            let n = rows * self.width;
-            let (columns, stride) = self.columns(x, (first, rows), columns);
+        for block in self.blocks() {
+            let n = block.count * self.width;
+            let (columns, stride) = self.columns(x, block, columns);
             let seen = Matrix { values: columns, rows: n, columns: k, stride: (1, stride) };
-            multiply_add(self.error(slope, (first, rows)), seen, filter, k);
+            multiply_add(self.error(slope, block), seen, filter, k);
         }
     }
 
     fn unfold_image(&self, (weight, slope): (&[f32], &[f32]), back: &mut Vec<f32>, image: &mut [f32]) {
         let k = self.unfolded();
         back.resize(k * self.block(), 0.0);
-        for (first, rows) in self.blocks() {
-            let n = rows * self.width;
+        for block in self.blocks() {
+            let n = block.count * self.width;
             let back = &mut back[..k * n];
             back.fill(0.0);
             let weight = Matrix { values: weight, rows: k, columns: self.outputs, stride: (1, k) };
-            multiply_add(weight, self.error(slope, (first, rows)), back, n);
-            self.fold(back, (first, rows), image);
+            multiply_add(weight, self.error(slope, block), back, n);
+            self.fold(back, block, image);
         }
     }
 
-    fn error<'a>(&self, slope: &'a [f32], (first, rows): (usize, usize)) -> Matrix<'a> {
-        let values = &slope[first * self.width..];
-        Matrix { values, rows: self.outputs, columns: rows * self.width, stride: (self.pixels(), 1) }
+    fn error<'a>(&self, slope: &'a [f32], block: Rows) -> Matrix<'a> {
+        let values = &slope[block.first * self.width..];
+        Matrix { values, rows: self.outputs, columns: block.count * self.width, stride: (self.pixels(), 1) }
     }
 
     /// The filters of the group that item `i` of all groups of all images belongs to.
@@ -224,7 +226,7 @@ impl Convolution {
 
     /// Most pixels in a block.
     fn block(&self) -> usize {
-        self.blocks().map(|(_, rows)| rows * self.width).max().unwrap_or(0)
+        self.blocks().map(|block| block.count * self.width).max().unwrap_or(0)
     }
 
     fn buffer(&self) -> usize {
@@ -235,17 +237,12 @@ impl Convolution {
     }
 
     /// The unfolded block and the distance of its rows; an image seen through a 1x1 filter is its own.
-    fn columns<'a>(
-        &self,
-        image: &'a [f32],
-        (first, rows): (usize, usize),
-        buffer: &'a mut [f32],
-    ) -> (&'a [f32], usize) {
+    fn columns<'a>(&self, image: &'a [f32], block: Rows, buffer: &'a mut [f32]) -> (&'a [f32], usize) {
         if self.size == 1 {
-            return (&image[first * self.width..], self.pixels());
+            return (&image[block.first * self.width..], self.pixels());
         }
-        self.unfold(image, (first, rows), buffer);
-        (buffer, rows * self.width)
+        self.unfold(image, block, buffer);
+        (buffer, block.count * self.width)
     }
 }
 

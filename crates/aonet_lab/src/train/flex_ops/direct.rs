@@ -1,7 +1,7 @@
 //! Convolution without unfolding, for narrow images: the sums of a few outputs over a few vectors of neighbouring pixels
 //! stay in registers.
 
-use super::bordered::{Beyond, Bordered};
+use super::bordered::{Beyond, Bordered, Rows};
 use aonet::simd::{Isa, Kernel, Simd};
 use std::ops::Range;
 
@@ -145,7 +145,9 @@ impl Products<'_> {
             for row in 0..self.rows {
                 let from = (input * (self.rows + SIZE - 1) + row + ty) * bordered.stride;
                 let pixels = &source[from..from + bordered.stride];
-                add_products::<S, O>(simd, pixels, (self.slopes, [first, row, self.rows]), &mut sums);
+                let (bordered, slopes) = self.slopes;
+                let slopes = SlopeRow { bordered, slopes, first, row, rows: self.rows };
+                add_products::<S, O>(simd, pixels, slopes, &mut sums);
             }
             let memory = &mut self.sums[part * len..][..len];
             for (sum, memory) in sums.as_flattened().iter().zip(memory.chunks_exact_mut(LANES)) {
@@ -155,14 +157,27 @@ impl Products<'_> {
     }
 }
 
+/// A row of the slopes of some outputs.
+#[derive(Clone, Copy)]
+struct SlopeRow<'a> {
+    bordered: &'a Bordered,
+    /// `rows` rows of each output.
+    slopes: &'a [f32],
+    /// The first of the outputs.
+    first: usize,
+    row: usize,
+    rows: usize,
+}
+
 /// Adds the products of one row.
 #[inline(always)]
 fn add_products<S: Simd, const O: usize>(
     simd: S,
     pixels: &[f32],
-    ((bordered, slopes), [first, row, rows]): ((&Bordered, &[f32]), [usize; 3]),
+    slopes: SlopeRow<'_>,
     sums: &mut [[S::F; SIZE]; O],
 ) {
+    let SlopeRow { bordered, slopes, first, row, rows } = slopes;
     let mut x = 0;
     while x < bordered.width {
         let line = &pixels[x..x + S::LANES + SIZE - 1];
@@ -177,6 +192,25 @@ fn add_products<S: Simd, const O: usize>(
     }
 }
 
+/// The parameters of a convolution.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Filter<'a> {
+    pub(super) weight: &'a [f32],
+    pub(super) bias: &'a [f32],
+    /// Factor of negative results.
+    pub(super) slope: f32,
+}
+
+/// Rows that a convolution computes.
+struct Pass<'a> {
+    /// The image that it reads.
+    source: &'a [f32],
+    /// The filter, packed as [`Row`] reads it.
+    filter: Filter<'a>,
+    height: usize,
+    width: usize,
+}
+
 /// The convolution of one group of one image, and the instructions that compute it.
 pub(super) struct Direct {
     pub(super) isa: Isa,
@@ -187,14 +221,15 @@ pub(super) struct Direct {
 }
 
 impl Direct {
-    /// One group of one image: `out` is the filter's output plus bias; negative results are multiplied by `slope`.
-    pub(super) fn forward(&self, (x, weight, bias): (&[f32], &[f32], &[f32]), slope: f32, out: &mut [f32]) {
+    /// One group of one image: `out` is the filter's output plus bias, with its slope.
+    pub(super) fn forward(&self, x: &[f32], filter: Filter<'_>, out: &mut [f32]) {
         let (inputs, outputs) = (self.inputs, self.outputs);
-        let at = |o: usize, i: usize, tap: usize| weight[(o * inputs + i) * TAPS + tap];
+        let at = |o: usize, i: usize, tap: usize| filter.weight[(o * inputs + i) * TAPS + tap];
         let packed = pack((inputs, outputs), at);
-        let (w, area) = (self.width, self.height * self.width);
+        let (height, w, area) = (self.height, self.width, self.height * self.width);
         let bordered = self.bordered(inputs, 1, Beyond::Edge);
-        self.rows(&bordered, (x, &packed, bias), (slope, self.height, w), |o, y, line| {
+        let filter = Filter { weight: &packed, ..filter };
+        self.rows(&bordered, Pass { source: x, filter, height, width: w }, |o, y, line| {
             out[o * area + y * w..][..w].copy_from_slice(&line[..w]);
         });
     }
@@ -208,7 +243,8 @@ impl Direct {
         let (h, w) = (self.height, self.width);
         let bordered = self.bordered(outputs, SIZE - 1, Beyond::Zero);
         let bias = vec![0.0; inputs];
-        self.rows(&bordered, (slope, &packed, &bias), (1.0, h + 2, w + 2), |i, y, line| {
+        let filter = Filter { weight: &packed, bias: &bias, slope: 1.0 };
+        self.rows(&bordered, Pass { source: slope, filter, height: h + 2, width: w + 2 }, |i, y, line| {
             let to = &mut image[(i * h + y.saturating_sub(1).min(h - 1)) * w..][..w];
             to[0] += line[0];
             to[w - 1] += line[w + 1];
@@ -226,9 +262,10 @@ impl Direct {
         let (mut x_band, mut slope_band) = (of_x.band(rows + SIZE - 1), of_slope.band(rows));
         for first in (0..self.height).step_by(rows) {
             let rows = rows.min(self.height - first);
-            of_x.fill(x, (first, rows + SIZE - 1), &mut x_band);
+            of_x.fill(x, Rows { first, count: rows + SIZE - 1 }, &mut x_band);
             for tile in tiles(outputs) {
-                of_slope.fill(&slope[tile.start * area..tile.end * area], (first, rows), &mut slope_band);
+                let slope = &slope[tile.start * area..tile.end * area];
+                of_slope.fill(slope, Rows { first, count: rows }, &mut slope_band);
                 self.isa.run(Products {
                     inputs: (&of_x, &x_band),
                     slopes: (&of_slope, &slope_band),
@@ -254,27 +291,22 @@ impl Direct {
         Bordered::new([planes, self.height, self.width], border, beyond)
     }
 
-    /// Calls `visit` with output, row and the row's values, for `height` rows of `width` pixels.
-    fn rows(
-        &self,
-        bordered: &Bordered,
-        (source, weights, bias): (&[f32], &[f32], &[f32]),
-        (slope, height, width): (f32, usize, usize),
-        mut visit: impl FnMut(usize, usize, &[f32]),
-    ) {
+    /// Calls `visit` with output, row and the row's values.
+    fn rows(&self, bordered: &Bordered, pass: Pass<'_>, mut visit: impl FnMut(usize, usize, &[f32])) {
+        let Pass { source, filter: Filter { weight, bias, slope }, height, width } = pass;
         let (band_rows, stride) = (bordered.rows(height), bordered.stride);
         let mut band = bordered.band(band_rows + SIZE - 1);
         let mut out = vec![0.0; TILE * stride];
         for first in (0..height).step_by(band_rows) {
             let rows = band_rows.min(height - first) + SIZE - 1;
-            bordered.fill(source, (first, rows), &mut band);
+            bordered.fill(source, Rows { first, count: rows }, &mut band);
             for (row, tile) in (0..rows + 1 - SIZE).flat_map(|row| tiles(bias.len()).map(move |t| (row, t))) {
-                let of_output = weights.len() / bias.len();
+                let of_output = weight.len() / bias.len();
                 self.isa.run(Row {
                     source: &band[row * stride..],
                     bordered,
                     rows,
-                    weights: &weights[tile.start * of_output..tile.end * of_output],
+                    weights: &weight[tile.start * of_output..tile.end * of_output],
                     bias: &bias[tile.clone()],
                     slope,
                     width,

@@ -11,7 +11,7 @@ mod resample;
 #[cfg(test)]
 mod tests;
 
-use aonet::net::graph::TAPS;
+use aonet::net::kernel::TAPS;
 use burn::backend::autodiff::checkpoint::base::Checkpointer;
 use burn::backend::autodiff::checkpoint::strategy::CheckpointStrategy;
 use burn::backend::autodiff::grads::Gradients;
@@ -19,7 +19,8 @@ use burn::backend::autodiff::ops::{Backward, Ops, OpsKind};
 use burn::backend::tensor::FloatTensor;
 use burn::backend::{Autodiff, Backend, Dispatch, Flex, backend_extension};
 use burn::tensor::{Tensor, TensorData};
-use convolution::Convolution;
+use convolution::{Convolution, Wanted};
+use direct::Filter;
 use neighbours::Neighbours;
 use resample::Resample;
 
@@ -66,7 +67,8 @@ impl GraphOps for Flex {
         let shape = Convolution::of(&x, &weight);
         let outputs = shape.groups * shape.outputs;
         let mut out = vec![0.0; shape.batch * outputs * shape.pixels()];
-        shape.forward((floats(&x), floats(&weight), floats(&bias)), slope, &mut out);
+        let filter = Filter { weight: floats(&weight), bias: floats(&bias), slope };
+        shape.forward(floats(&x), filter, &mut out);
         tensor(out, [shape.batch, outputs, shape.height, shape.width])
     }
 
@@ -153,8 +155,8 @@ impl Backward<Flex, 3> for ConvBackward {
         let outputs = shape.groups * shape.outputs;
         let mut image = of_x.is_some().then(|| vec![0.0; floats(&x).len()]);
         let mut filter = of_weight.is_some().then(|| vec![0.0; floats(&weight).len()]);
-        let wanted = (image.as_deref_mut(), filter.as_deref_mut());
-        shape.backward((floats(&x), floats(&weight)), slope, wanted);
+        let wanted = Wanted { image: image.as_deref_mut(), filter: filter.as_deref_mut() };
+        shape.backward(floats(&x), floats(&weight), slope, wanted);
         if let (Some(node), Some(image)) = (of_x, image) {
             let dims = [shape.batch, shape.groups * shape.inputs, shape.height, shape.width];
             grads.register::<Flex>(node.id, tensor(image, dims));

@@ -1,6 +1,7 @@
 //! Every way of convolving against plain loops with f64 sums.
 
-use super::convolution::{Convolution, Way};
+use super::convolution::{Convolution, Wanted, Way};
+use super::direct::Filter;
 use super::resample::Resample;
 use aonet::simd::{Isa, Level};
 
@@ -56,10 +57,10 @@ fn check(c: &Convolution) {
     y.iter_mut().filter(|v| **v < 0.0).for_each(|v| *v *= 0.25);
     let name = format!("{:?}, {}x{}, {} to {}", c.way, c.height, c.width, c.inputs, c.outputs);
     let mut out = vec![f32::NAN; error.len()];
-    c.forward((&x, &weight, &bias), 0.25, &mut out);
+    c.forward(&x, Filter { weight: &weight, bias: &bias, slope: 0.25 }, &mut out);
     assert_close(&name, &y, &out);
     let (mut of_x, mut of_weight) = (vec![0.0; x.len()], vec![0.0; weight.len()]);
-    c.backward((&x, &weight), &error, (Some(&mut of_x), Some(&mut of_weight)));
+    c.backward(&x, &weight, &error, Wanted { image: Some(&mut of_x), filter: Some(&mut of_weight) });
     assert_close(&format!("{name}, image"), &image, &of_x);
     assert_close(&format!("{name}, filter"), &filter, &of_weight);
 }

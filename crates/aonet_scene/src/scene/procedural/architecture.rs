@@ -2,7 +2,7 @@
 
 use super::mesh::{Mesh, Pose, turn};
 use super::rng::Rng;
-use super::shapes::{ball, block, cuboid, grid, lathe, moulding, torus};
+use super::shapes::{Segments, ball, block, cuboid, grid, lathe, moulding, torus};
 use glam::{Vec2, Vec3, vec2, vec3};
 use std::f32::consts::{FRAC_PI_2, PI, TAU};
 
@@ -216,7 +216,10 @@ pub(super) fn column(height: f32, radius: f32, rng: &mut Rng) -> Mesh {
         .collect();
     let shaft_top = height - abacus - capital;
     mesh.add(&lathe(&head, 40), Pose::at(0.0, shaft_top, 0.0));
-    mesh.add(&torus((0.88 * radius, 0.07 * radius), (40, 10)), Pose::at(0.0, shaft_top, 0.0));
+    mesh.add(
+        &torus(0.88 * radius, 0.07 * radius, Segments { around: 40, across: 10 }),
+        Pose::at(0.0, shaft_top, 0.0),
+    );
     if rng.chance(0.5) {
         volutes(&mut mesh, (shaft_top + 0.35 * capital, height - abacus), radius, rng.count(4, 12));
     }

@@ -4,7 +4,7 @@ use super::mesh::{Mesh, Pose, turn};
 use super::props::{book, bottle, bowl, crate_of_slats, mug, plate, star, vessel};
 use super::rng::{Noise, Rng};
 use super::settle::Ground;
-use super::shapes::{ball, block, cylinder, extrude, superellipsoid, surface, torus, tube};
+use super::shapes::{Segments, ball, block, cylinder, extrude, superellipsoid, surface, torus, tube};
 use glam::{Vec2, Vec3, vec2, vec3};
 use std::f32::consts::TAU;
 
@@ -41,7 +41,7 @@ fn solid(size: f32, rng: &mut Rng) -> Mesh {
     let h = 0.5 * size;
     match rng.below(8) {
         0 => ball(0.8 * h, 32),
-        1 => torus((0.7 * h, rng.range(0.15, 0.3) * h), (40, 20)),
+        1 => torus(0.7 * h, rng.range(0.15, 0.3) * h, Segments { around: 40, across: 20 }),
         2 => cylinder((h, if rng.chance(0.5) { 0.01 * h } else { rng.range(0.3, 1.0) * h }), size, 36),
         3 => extrude(
             &star(rng.count(3, 8), (h, rng.range(0.4, 0.9) * h)),

@@ -5,7 +5,7 @@ use super::furniture::{chair, table};
 use super::mesh::{Mesh, Pose};
 use super::props::{book, books, lamp, vessel};
 use super::rng::Rng;
-use super::shapes::{ball, block, cuboid, cylinder, extrude};
+use super::shapes::{Segments, ball, block, cuboid, cylinder, extrude, torus};
 use glam::{Vec2, vec2, vec3};
 use std::f32::consts::{FRAC_PI_2, PI};
 
@@ -172,6 +172,6 @@ fn globe(rng: &mut Rng) -> Mesh {
     mesh.add(&cylinder((0.012, 0.012), 0.5 * r, 12), Pose::at(0.0, 0.01, 0.0));
     let centre = Pose::at(0.0, 1.6 * r, 0.0);
     mesh.add(&ball(r, 40), centre);
-    mesh.add(&super::shapes::torus((1.1 * r, 0.008), (48, 8)), centre.roll(0.4).pitch(FRAC_PI_2));
+    mesh.add(&torus(1.1 * r, 0.008, Segments { around: 48, across: 8 }), centre.roll(0.4).pitch(FRAC_PI_2));
     mesh
 }

@@ -2,7 +2,7 @@
 
 use super::mesh::{Mesh, Pose, turn};
 use super::rng::Rng;
-use super::shapes::{ball, block, cuboid, curve, cylinder, extrude, lathe, ring, torus, tube};
+use super::shapes::{Segments, ball, block, cuboid, curve, cylinder, extrude, lathe, ring, torus, tube};
 use glam::{Vec2, Vec3, vec2, vec3};
 use std::f32::consts::{FRAC_PI_2, PI, TAU};
 
@@ -148,7 +148,7 @@ fn tank(rng: &mut Rng) -> Mesh {
     let mut body = lathe(&profile, 48);
     for k in 0..rng.count(1, 3) {
         let y = 0.45 * r + h * (0.15 + 0.35 * k as f32);
-        body.add(&torus((r, 0.018), (48, 10)), Pose::at(0.0, y, 0.0));
+        body.add(&torus(r, 0.018, Segments { around: 48, across: 10 }), Pose::at(0.0, y, 0.0));
     }
     let neck = cylinder((0.3 * r, 0.3 * r), 0.5 * r, 24);
     body.add(&neck, Pose::at(0.0, h + 0.7 * r, 0.0));
@@ -179,7 +179,7 @@ fn flange(radius: f32) -> Mesh {
 fn valve(radius: f32) -> Mesh {
     let mut mesh = cylinder((0.18 * radius, 0.18 * radius), 1.1 * radius, 16);
     let rim = Pose::at(0.0, radius, 0.0);
-    mesh.add(&torus((radius, 0.09 * radius), (40, 10)), rim);
+    mesh.add(&torus(radius, 0.09 * radius, Segments { around: 40, across: 10 }), rim);
     let spoke = cylinder((0.06 * radius, 0.06 * radius), 2.0 * radius, 8);
     for k in 0..3 {
         let at = rim.yaw(k as f32 / 3.0 * PI).pitch(FRAC_PI_2);

@@ -23,9 +23,14 @@ pub(super) fn tree(height: f32, leaves: usize, rng: &mut Rng) -> Mesh {
     };
     let mut mesh = Mesh::default();
     let mut twigs = Vec::new();
-    let trunk = (Vec3::ZERO, (Vec3::Y + rng.direction() * 0.12).normalize());
-    let order = if leaves < 700 { 3 } else { 4 };
-    branch(&mut mesh, &mut twigs, (trunk, 0.35 * height, 0.035 * height, order), (&habit, rng));
+    let trunk = Branch {
+        from: Vec3::ZERO,
+        direction: (Vec3::Y + rng.direction() * 0.12).normalize(),
+        length: 0.35 * height,
+        radius: 0.035 * height,
+        order: if leaves < 700 { 3 } else { 4 },
+    };
+    trunk.grow(&mut mesh, &mut twigs, &habit, rng);
     if !habit.bare && !twigs.is_empty() {
         let leaf = leaf(habit.leaf);
         for _ in 0..leaves {
@@ -39,42 +44,53 @@ pub(super) fn tree(height: f32, leaves: usize, rng: &mut Rng) -> Mesh {
 }
 
 type Twigs = Vec<(Vec3, Vec3)>;
-type Growth = ((Vec3, Vec3), f32, f32, u32);
 
-/// A branch from a point along a direction with (length, radius, order), and what grows from it.
-fn branch(
-    mesh: &mut Mesh,
-    twigs: &mut Twigs,
-    ((from, to), length, radius, order): Growth,
-    with: (&Habit, &mut Rng),
-) {
-    let (habit, rng) = with;
-    let steps = if order == 0 { 3 } else { 5 };
-    let (mut path, mut heading) = (vec![from], to);
-    for _ in 0..steps {
-        heading = (heading + rng.direction() * 0.16 - Vec3::Y * habit.droop * 0.12).normalize_or(Vec3::Y);
-        path.push(path[path.len() - 1] + heading * length / steps as f32);
-    }
-    let taper = |i: usize| radius * (1.0 - 0.45 * i as f32 / steps as f32);
-    let mut radii: Vec<f32> = (0..=steps).map(taper).collect();
-    if order == 4 {
-        radii[0] *= 1.7;
-    }
-    mesh.add(&tube(&path, &radii, 4 + 2 * order as usize), Pose::IDENTITY);
-    if order <= 1 {
-        twigs.push((path[1], path[steps]));
-    }
-    if order == 0 {
-        return;
-    }
-    for k in 0..rng.count(3, 4) {
-        let at = if k == 0 { steps } else { rng.count(2, steps) };
-        let lean = rng.direction().reject_from_normalized(heading).normalize_or(Vec3::X);
-        let bend = if k == 0 { 0.3 } else { habit.spread * rng.range(0.7, 1.3) };
-        let to = (heading + lean * bend + Vec3::Y * 0.1).normalize_or(heading);
-        let next =
-            ((path[at], to), length * rng.range(0.6, 0.85), radii[at] * rng.range(0.5, 0.75), order - 1);
-        branch(mesh, twigs, next, (habit, rng));
+/// A branch of a tree.
+struct Branch {
+    from: Vec3,
+    direction: Vec3,
+    length: f32,
+    radius: f32,
+    /// Branchings above it; 0 for the last twigs.
+    order: u32,
+}
+
+impl Branch {
+    /// Adds the branch and those that grow from it.
+    fn grow(&self, mesh: &mut Mesh, twigs: &mut Twigs, habit: &Habit, rng: &mut Rng) {
+        let Self { from, direction: to, length, radius, order } = *self;
+        let steps = if order == 0 { 3 } else { 5 };
+        let (mut path, mut heading) = (vec![from], to);
+        for _ in 0..steps {
+            heading = (heading + rng.direction() * 0.16 - Vec3::Y * habit.droop * 0.12).normalize_or(Vec3::Y);
+            path.push(path[path.len() - 1] + heading * length / steps as f32);
+        }
+        let taper = |i: usize| radius * (1.0 - 0.45 * i as f32 / steps as f32);
+        let mut radii: Vec<f32> = (0..=steps).map(taper).collect();
+        if order == 4 {
+            radii[0] *= 1.7;
+        }
+        mesh.add(&tube(&path, &radii, 4 + 2 * order as usize), Pose::IDENTITY);
+        if order <= 1 {
+            twigs.push((path[1], path[steps]));
+        }
+        if order == 0 {
+            return;
+        }
+        for k in 0..rng.count(3, 4) {
+            let at = if k == 0 { steps } else { rng.count(2, steps) };
+            let lean = rng.direction().reject_from_normalized(heading).normalize_or(Vec3::X);
+            let bend = if k == 0 { 0.3 } else { habit.spread * rng.range(0.7, 1.3) };
+            let to = (heading + lean * bend + Vec3::Y * 0.1).normalize_or(heading);
+            let next = Self {
+                from: path[at],
+                direction: to,
+                length: length * rng.range(0.6, 0.85),
+                radius: radii[at] * rng.range(0.5, 0.75),
+                order: order - 1,
+            };
+            next.grow(mesh, twigs, habit, rng);
+        }
     }
 }
 

@@ -150,8 +150,16 @@ pub(super) fn ball(radius: f32, segments: usize) -> Mesh {
     lathe_with(&profile, segments, 89.0)
 }
 
-/// A ring of (`major`, `minor`) radius about the y axis, centred on the origin.
-pub(super) fn torus((major, minor): (f32, f32), (around, across): (usize, usize)) -> Mesh {
+/// Segments of a ring and of its cross-section.
+#[derive(Clone, Copy)]
+pub(super) struct Segments {
+    pub(super) around: usize,
+    pub(super) across: usize,
+}
+
+/// A ring about the y axis, centred on the origin. `major` is its radius, `minor` that of its cross-section.
+pub(super) fn torus(major: f32, minor: f32, segments: Segments) -> Mesh {
+    let Segments { around, across } = segments;
     let ring = |i: usize| vec2(major, 0.0) + minor * turn((i % across) as f32 / across as f32 * TAU);
     let profile: Vec<Vec2> = (0..=across).map(ring).collect();
     lathe_with(&profile, around, 89.0)
@@ -343,7 +351,7 @@ mod tests {
         assert_volume(&block(vec3(1.0, 2.0, 3.0), 1e-3), 6.0, 1e-4);
         assert_volume(&cylinder((1.0, 1.0), 2.0, 128), 2.0 * PI, 0.03);
         assert_volume(&ball(1.0, 128), 4.0 / 3.0 * PI, 0.01);
-        assert_volume(&torus((1.0, 0.3), (128, 64)), 2.0 * PI * PI * 0.09, 0.01);
+        assert_volume(&torus(1.0, 0.3, Segments { around: 128, across: 64 }), 2.0 * PI * PI * 0.09, 0.01);
         assert_volume(&superellipsoid(vec3(1.0, 2.0, 3.0), (1.0, 1.0), 128), 8.0 * PI, 0.01);
         let path = [Vec3::ZERO, vec3(0.0, 0.0, 4.0)];
         assert_volume(&tube(&path, &[0.5; 2], 64), PI, 0.01);

@@ -80,7 +80,7 @@ pub(super) fn stairwell(rng: &mut Rng) -> Mesh {
         let middle = 0.5 * (x[0] + x[1]);
         mesh.add(&landing, Pose::at(middle, y + climb - 0.2, 0.5 * run + 0.5 * style.width));
         mesh.add(&flight(per_flight, &style, rng), Pose::at(x[1], y + climb, 0.5 * run).yaw(PI));
-        gallery(&mut mesh, (half, y + 2.0 * climb, -0.5 * run), (&style, x[1]));
+        gallery(&mut mesh, half, &Edge { y: y + 2.0 * climb, z: -0.5 * run, stair_x: x[1] }, &style);
     }
     let radius = rng.range(0.9, 1.25);
     let at = Pose::at(radius + 0.3 - half.x, 0.0, 0.1 * half.y + 0.2).yaw(rng.angle());
@@ -114,7 +114,9 @@ fn shell(mesh: &mut Mesh, (half, height, storey): (Vec2, f32, f32), rng: &mut Rn
             y += storey;
         }
         mesh.add(&wall(vec3(2.0 * long + 2.0 * thick, height, thick), &holes), pose);
-        decorate(mesh, (pose.shift(0.0, 0.0, 0.5 * thick), long, height), (&holes, rng));
+        let face =
+            Face { pose: pose.shift(0.0, 0.0, 0.5 * thick), half_length: long, height, openings: &holes };
+        decorate(mesh, &face, rng);
         for (lo, hi) in holes {
             let at = pose.shift(0.5 * (lo.x + hi.x), lo.y, 0.0);
             let fitting = if side == 0 { door(hi - lo, rng) } else { window(hi - lo, thick, rng) };
@@ -130,8 +132,18 @@ fn shell(mesh: &mut Mesh, (half, height, storey): (Vec2, f32, f32), rng: &mut Rn
     mesh.add(&trim_around(half, height, &down), Pose::IDENTITY);
 }
 
-/// Mouldings in fields and pictures on a wall whose face is at `face`, where its openings leave room.
-fn decorate(mesh: &mut Mesh, (face, long, height): (Pose, f32, f32), (holes, rng): (&[Opening], &mut Rng)) {
+/// The face of a wall.
+struct Face<'a> {
+    /// The middle of its lower edge.
+    pose: Pose,
+    half_length: f32,
+    height: f32,
+    openings: &'a [Opening],
+}
+
+/// Adds mouldings in fields and pictures to a wall, where its openings leave room.
+fn decorate(mesh: &mut Mesh, face: &Face<'_>, rng: &mut Rng) {
+    let Face { half_length: long, height, openings: holes, .. } = *face;
     let n = (long / rng.range(0.5, 0.9)).ceil();
     let wide = 2.0 * long / n;
     let rows = (height / 1.45) as usize;
@@ -144,7 +156,7 @@ fn decorate(mesh: &mut Mesh, (face, long, height): (Pose, f32, f32), (holes, rng
         if !holes.iter().all(free) {
             continue;
         }
-        let pose = face.shift(at.x, at.y, 0.0);
+        let pose = face.pose.shift(at.x, at.y, 0.0);
         mesh.add(&field, pose.shift(0.0, 0.0, 0.01));
         if rng.chance(0.3) && wide > 0.7 {
             let size = vec2(rng.range(0.4, 0.7) * wide, rng.range(0.4, 0.7));
@@ -195,8 +207,19 @@ fn newel(rng: &mut Rng) -> Mesh {
     mesh
 }
 
-/// A floor at height `y` over the part before `z`, with a railing towards the well.
-fn gallery(mesh: &mut Mesh, (half, y, z): (Vec2, f32, f32), (style, x): (&Style, f32)) {
+/// Where a gallery ends.
+struct Edge {
+    /// Height of the floor.
+    y: f32,
+    /// Place of the edge towards the well.
+    z: f32,
+    /// Place of the stair that leads up to it.
+    stair_x: f32,
+}
+
+/// Adds a floor before an edge, with a railing towards the well.
+fn gallery(mesh: &mut Mesh, half: Vec2, edge: &Edge, style: &Style) {
+    let Edge { y, z, stair_x: x } = *edge;
     let deep = z + half.y;
     let slab = block(vec3(2.0 * half.x, 0.22, deep), 0.012);
     mesh.add(&slab, Pose::at(0.0, y - 0.22, z - 0.5 * deep));

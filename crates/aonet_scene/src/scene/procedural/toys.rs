@@ -3,7 +3,7 @@
 use super::mesh::{Mesh, Pose, turn};
 use super::rng::Rng;
 use super::settle::Ground;
-use super::shapes::{ball, block, cylinder, extrude, lathe, lathe_with, torus};
+use super::shapes::{Segments, ball, block, cylinder, extrude, lathe, lathe_with, torus};
 use glam::{Vec2, vec2, vec3};
 use std::f32::consts::{FRAC_PI_2, PI, TAU};
 
@@ -131,7 +131,7 @@ fn any(u: f32, rng: &mut Rng) -> Mesh {
         5 => block(vec3(2.0 * u, 0.5 * u, u), 0.05 * u),
         6 => block(vec3(3.0 * u, 0.3 * u, 0.8 * u), 0.04 * u),
         7 => ball(0.45 * u, 28),
-        8 => torus((0.55 * u, 0.2 * u), (36, 14)),
+        8 => torus(0.55 * u, 0.2 * u, Segments { around: 36, across: 14 }),
         _ => cube(u),
     }
 }
@@ -209,7 +209,7 @@ fn rings(u: f32, rng: &mut Rng) -> Mesh {
     for k in 0..n {
         let r = u * (1.1 - 0.65 * k as f32 / n as f32);
         mesh.add(
-            &torus((r.max(0.26 * u + thick), thick), (40, 16)),
+            &torus(r.max(0.26 * u + thick), thick, Segments { around: 40, across: 16 }),
             Pose::at(0.0, 0.3 * u + thick * (1.0 + 1.9 * k as f32), 0.0),
         );
     }

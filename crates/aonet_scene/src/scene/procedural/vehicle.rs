@@ -2,7 +2,7 @@
 
 use super::mesh::{Mesh, Pose, turn};
 use super::rng::Rng;
-use super::shapes::{block, cuboid, cylinder, extrude, inset, lathe, ring, torus};
+use super::shapes::{Segments, block, cuboid, cylinder, extrude, inset, lathe, ring, torus};
 use glam::{Vec2, Vec3, vec2, vec3};
 use std::f32::consts::{FRAC_PI_2, PI};
 
@@ -123,7 +123,7 @@ fn cabin(mesh: &mut Mesh, s: &Shape, rng: &mut Rng) {
 /// A wheel of `radius` about its axle, its outside towards +z.
 fn wheel(radius: f32, rng: &mut Rng) -> Mesh {
     let width = 0.2;
-    let mut tyre = torus((0.8 * radius, 0.2 * radius), (48, 16));
+    let mut tyre = torus(0.8 * radius, 0.2 * radius, Segments { around: 48, across: 16 });
     tyre = tyre.at(Pose::IDENTITY.pitch(FRAC_PI_2).stretch(1.0, 0.5 * width / (0.2 * radius), 1.0));
     let mut mesh = tyre;
     let dish = [

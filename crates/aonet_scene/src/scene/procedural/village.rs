@@ -4,7 +4,7 @@ use super::architecture::{door, wall, window};
 use super::mesh::{Mesh, Pose, turn};
 use super::plants::{conifer, grass, rock, tree};
 use super::rng::{Noise, Rng};
-use super::shapes::{block, cuboid, cylinder, extrude, lathe, lathe_with, surface, torus};
+use super::shapes::{Segments, block, cuboid, cylinder, extrude, lathe, lathe_with, surface, torus};
 use glam::{Vec2, Vec3, vec2, vec3};
 use std::f32::consts::{FRAC_PI_2, PI, TAU};
 
@@ -271,7 +271,10 @@ fn well(rng: &mut Rng) -> Mesh {
     let axle = Pose::at(r + 0.25, 1.5, 0.0).roll(FRAC_PI_2);
     mesh.add(&cylinder((0.09, 0.09), 2.0 * r + 0.25, 16), axle);
     for k in 0..6 {
-        mesh.add(&torus((0.1, 0.02), (20, 8)), Pose::at(0.04 * k as f32 - 0.1, 1.5, 0.0).roll(FRAC_PI_2));
+        mesh.add(
+            &torus(0.1, 0.02, Segments { around: 20, across: 8 }),
+            Pose::at(0.04 * k as f32 - 0.1, 1.5, 0.0).roll(FRAC_PI_2),
+        );
     }
     mesh.add(&cylinder((0.015, 0.015), 0.5, 8), Pose::at(0.0, 1.0, 0.1));
     mesh.add(
@@ -293,7 +296,7 @@ fn barrels(rng: &mut Rng) -> Mesh {
     for y in [0.12, 0.3, 0.55, 0.73] {
         let t = y / 0.85;
         barrel.add(
-            &torus((0.262 + 0.32 * t * (1.0 - t), 0.012), (40, 6)),
+            &torus(0.262 + 0.32 * t * (1.0 - t), 0.012, Segments { around: 40, across: 6 }),
             Pose::at(0.0, y, 0.0).stretch(1.0, 2.0, 1.0),
         );
     }

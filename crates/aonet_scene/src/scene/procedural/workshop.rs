@@ -6,7 +6,7 @@ use super::mesh::{Mesh, Pose, turn};
 use super::props::{bottle, bowl, crate_of_slats, hollow, lamp, mug, plate};
 use super::rng::Rng;
 use super::settle::Ground;
-use super::shapes::{block, cuboid, cylinder, extrude, lathe, torus, tube};
+use super::shapes::{Segments, block, cuboid, cylinder, extrude, lathe, torus, tube};
 use super::tools::{cutlery, jar, pan, tool};
 use glam::{Vec2, Vec3, vec2, vec3};
 use std::f32::consts::{FRAC_PI_2, PI, TAU};
@@ -36,7 +36,8 @@ pub(super) fn workshop(rng: &mut Rng) -> Mesh {
         bench(&mut mesh, (half, back), rng);
     }
     for (from, to) in free {
-        hang(&mut mesh, (back, from + 0.08, to - 0.08), (kitchen, rng));
+        let span = Span { from: from + 0.08, to: to - 0.08 };
+        if kitchen { hang_pans(&mut mesh, back, span, rng) } else { hang_tools(&mut mesh, back, span, rng) }
     }
     shelves(&mut mesh, (left, half.y), rng);
     let stool = if rng.chance(0.5) { stool(rng) } else { chair(rng) };
@@ -60,7 +61,7 @@ fn heap(mesh: &mut Mesh, (at, half, count): (Pose, f32, usize), rng: &mut Rng) {
             0 => jar(rng.range(0.02, 0.045), rng),
             1 => cylinder((0.03, 0.03), rng.range(0.03, 0.15), 20),
             2 => block(vec3(rng.range(0.03, 0.15), 0.03, rng.range(0.03, 0.1)), 0.003),
-            3 => torus((0.035, 0.012), (28, 10)),
+            3 => torus(0.035, 0.012, Segments { around: 28, across: 10 }),
             _ => tool(rng),
         };
         if let Some(pose) = ground.drop(&piece, rng.in_rect(Vec2::splat(half * 0.6)), rng) {
@@ -250,29 +251,57 @@ fn tiles(mesh: &mut Mesh, (half, back): (Vec2, Pose), rng: &mut Rng) {
     }
 }
 
-/// A board of pegs with tools, or a rail with pans, between two places of the wall.
-fn hang(mesh: &mut Mesh, (back, from, to): (Pose, f32, f32), (kitchen, rng): (bool, &mut Rng)) {
-    if to - from < 0.4 {
+/// A part of a wall from left to right (m).
+#[derive(Clone, Copy)]
+struct Span {
+    from: f32,
+    to: f32,
+}
+
+/// Narrower parts of a wall stay empty (m).
+const LEAST_SPAN: f32 = 0.4;
+
+impl Span {
+    fn width(self) -> f32 {
+        self.to - self.from
+    }
+
+    fn middle(self) -> f32 {
+        0.5 * (self.from + self.to)
+    }
+}
+
+/// Adds a rail with pans.
+fn hang_pans(mesh: &mut Mesh, back: Pose, span: Span, rng: &mut Rng) {
+    let (wide, middle) = (span.width(), span.middle());
+    if wide < LEAST_SPAN {
         return;
     }
-    let (wide, middle) = (to - from, 0.5 * (from + to));
-    if kitchen {
-        let at = back.shift(middle, rng.range(1.75, 1.95), 0.0);
-        mesh.add(&cylinder((0.008, 0.008), wide, 12), at.shift(0.5 * wide, 0.0, 0.06).roll(FRAC_PI_2));
-        for k in 0..(wide / 0.2) as usize {
-            let hook = at.shift((k as f32 + 0.5) * 0.2 - 0.5 * wide, 0.0, 0.06);
-            mesh.add(&torus((0.015, 0.003), (16, 6)), hook.shift(0.0, -0.018, 0.0).roll(FRAC_PI_2));
-            let piece = if rng.chance(0.4) {
-                pan(rng)
-            } else {
-                cutlery(rng.below(3)).at(Pose::IDENTITY.pitch(FRAC_PI_2).scale(1.5))
-            };
-            let (_, hi) = piece.extent();
-            mesh.add(&piece, hook.shift(0.0, -0.03, 0.0).pitch(-FRAC_PI_2).shift(0.0, -0.02, -hi.z));
-        }
-        let shelf = block(vec3(wide, 0.025, 0.2), 0.003);
-        mesh.add(&shelf, at.shift(0.0, 0.12, 0.1));
-        stock(mesh, (at.shift(0.0, 0.145, 0.1), wide, 0.25), rng);
+    let at = back.shift(middle, rng.range(1.75, 1.95), 0.0);
+    mesh.add(&cylinder((0.008, 0.008), wide, 12), at.shift(0.5 * wide, 0.0, 0.06).roll(FRAC_PI_2));
+    for k in 0..(wide / 0.2) as usize {
+        let hook = at.shift((k as f32 + 0.5) * 0.2 - 0.5 * wide, 0.0, 0.06);
+        mesh.add(
+            &torus(0.015, 0.003, Segments { around: 16, across: 6 }),
+            hook.shift(0.0, -0.018, 0.0).roll(FRAC_PI_2),
+        );
+        let piece = if rng.chance(0.4) {
+            pan(rng)
+        } else {
+            cutlery(rng.below(3)).at(Pose::IDENTITY.pitch(FRAC_PI_2).scale(1.5))
+        };
+        let (_, hi) = piece.extent();
+        mesh.add(&piece, hook.shift(0.0, -0.03, 0.0).pitch(-FRAC_PI_2).shift(0.0, -0.02, -hi.z));
+    }
+    let shelf = block(vec3(wide, 0.025, 0.2), 0.003);
+    mesh.add(&shelf, at.shift(0.0, 0.12, 0.1));
+    stock(mesh, (at.shift(0.0, 0.145, 0.1), wide, 0.25), rng);
+}
+
+/// Adds a board of pegs with tools.
+fn hang_tools(mesh: &mut Mesh, back: Pose, span: Span, rng: &mut Rng) {
+    let (wide, middle) = (span.width(), span.middle());
+    if wide < LEAST_SPAN {
         return;
     }
     let high = rng.range(0.7, 1.0);

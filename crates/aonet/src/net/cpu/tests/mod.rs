@@ -11,7 +11,7 @@ use crate::net::cpu::winograd::Winograd;
 use crate::net::graph::{Activation, Graph, Op};
 use crate::net::model::Ranges;
 use crate::net::naive::{self, Planes};
-use crate::net::plan::{Buffer, HALO, Layout, Plan, Resample, Source};
+use crate::net::plan::{Buffer, HALO, Layout, Lifetime, Plan, Resample, Source};
 use crate::net::weights::{Tensor, Weights};
 use crate::simd::aligned::Aligned;
 use crate::simd::{Isa, Level};
@@ -87,7 +87,7 @@ fn buffers(shapes: &[(Layout, (usize, usize, usize))]) -> (Vec<Buffer>, usize) {
             channels: *channels,
             height: *height,
             width: *width,
-            live: (0, 0),
+            live: Lifetime { first: 0, last: 0 },
         };
         offset = buffer.range().end.next_multiple_of(16);
         buffer
@@ -136,7 +136,8 @@ fn check_conv(
     let images: Vec<_> = shapes[..inputs.len()].iter().enumerate().map(|(i, s)| planes(s.1, i + 1)).collect();
     let sources: Vec<_> =
         inputs.iter().enumerate().map(|(buffer, i)| Source { buffer, resample: i.2 }).collect();
-    let plan = Plan { size: (width, height), padded: (width, height), buffers, steps: vec![], arena_len };
+    let size_px = Size::px(width, height);
+    let plan = Plan { size: size_px, padded: size_px, buffers, steps: vec![], arena_len };
     let weights = weights([out.0, inputs.iter().map(|i| i.1).sum::<usize>() / groups, size, size]);
     let resampled = images.iter().zip(inputs).map(|(image, i)| resample(image, i.2));
     let joined = resampled.reduce(|a, b| naive::concat(&a, &b)).unwrap();
@@ -251,8 +252,8 @@ fn check_head(
         (Layout::Planar, (3 * patch * patch, cells.0, cells.1)),
         (Layout::Image, (1, height, width)),
     ]);
-    let padded = (cells.1 * patch, cells.0 * patch);
-    let plan = Plan { size: (width, height), padded, buffers, steps: vec![], arena_len };
+    let padded = Size::px(cells.1 * patch, cells.0 * patch);
+    let plan = Plan { size: Size::px(width, height), padded, buffers, steps: vec![], arena_len };
     let taps = kernel.outputs_per_pixel();
     let weights = weights([patch * patch * taps, channels, 1, 1]);
     let [w, b] = ["conv.weight", "conv.bias"].map(|name| &weights.get(name).values[..]);

@@ -6,7 +6,7 @@ use crate::net::cpu::dot::{Dot, DotKernel};
 use crate::net::cpu::packing::{self, Steps};
 use crate::net::cpu::ring::{Input, Ring};
 use crate::net::model::Ranges;
-use crate::net::plan::{CHANNEL_BLOCK, Step};
+use crate::net::plan::{CHANNEL_BLOCK, ConvStep, Step};
 use crate::simd::Simd;
 use half::bf16;
 
@@ -55,16 +55,19 @@ fn check_conv(inputs: &[(Layout, usize, Resample)], outputs: usize, size: usize,
     let sources: Vec<_> =
         inputs.iter().enumerate().map(|(buffer, i)| Source { buffer, resample: i.2 }).collect();
     let names: Vec<String> = (0..inputs.len()).map(|i| format!("input{i}")).collect();
-    let written = |(output, name): (usize, &String)| Step::Conv {
-        name: name.clone(),
-        sources: vec![],
-        output,
-        size: 3,
-        groups: 1,
-        activation: Activation::Linear,
+    let written = |(output, name): (usize, &String)| {
+        Step::Conv(ConvStep {
+            name: name.clone(),
+            sources: vec![],
+            output,
+            size: 3,
+            groups: 1,
+            activation: Activation::Linear,
+        })
     };
     let steps = names.iter().enumerate().map(written).collect();
-    let plan = Plan { size: (width, height), padded: (width, height), buffers, steps, arena_len };
+    let size_px = Size::px(width, height);
+    let plan = Plan { size: size_px, padded: size_px, buffers, steps, arena_len };
     let channels: Vec<usize> = inputs.iter().map(|i| i.1).collect();
     let weights = weights([outputs, channels.iter().sum(), size, size]);
     let resampled = images.iter().zip(inputs).map(|(image, i)| resample(image, i.2));
@@ -133,7 +136,7 @@ fn integers_need_ranges_that_fit() {
         return;
     };
     let (buffers, arena_len) = buffers(&[(Layout::Planar, (4, 3, 3)), (Layout::Blocked, (16, 3, 3))]);
-    let plan = Plan { size: (3, 3), padded: (3, 3), buffers, steps: vec![], arena_len };
+    let plan = Plan { size: Size::px(3, 3), padded: Size::px(3, 3), buffers, steps: vec![], arena_len };
     let weights = weights([16, 4, 3, 3]);
     let sources = [Source { buffer: 0, resample: Resample::None }];
     let step = ("conv", &sources[..], 1, [3, 1], Activation::Linear);

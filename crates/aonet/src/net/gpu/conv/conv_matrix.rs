@@ -1,13 +1,15 @@
-//! Convolutions on cooperative matrices. See `mod.rs`, which knows everything else about them.
+//! Convolutions on cooperative matrices: their shaders and the order of their weights.
 
-use crate::gpu::matrices::{Matrices, unrolled};
+use crate::gpu::matrices::Matrices;
+use crate::gpu::matrix_shader::unrolled;
 use crate::gpu::shader::Shader;
-use crate::net::gpu::conv::{Filters, Kind};
+use crate::net::gpu::conv::filters::Filters;
+use crate::net::gpu::conv::kind::Kind;
 use crate::net::gpu::memory::BLOCK;
 
 const LOAD_CELLS: &str = "let cells_{r} = cells_at(first_cell + {r}u * TILE_WIDTH * BLOCKS, BLOCKS);\n";
 const LOAD_FILTERS: &str = "let filters_{t} = filters_at(first_filter + {t}u * MATRIX);\n";
-/// The shape of a sum's parts is the driver's affair: they go through memory.
+/// The driver chooses which invocation holds which part of a sum, so sums go through memory.
 const STORE: &str = "workgroupBarrier();
 stage(sum_{r}_{t}, wave * MATRIX, BLOCKS);
 workgroupBarrier();
@@ -15,7 +17,7 @@ write(first + vec2(0u, {r}u), first_block + {t}u * BLOCKS, wave, lane);
 ";
 
 impl Kind {
-    /// The shader on matrices, for so many rows of cells a subgroup.
+    /// The shader on matrices, for a number of rows of cells of a subgroup.
     pub(crate) fn matrix_shader(&self, matrices: Matrices, rows: usize) -> Shader {
         let counts = [rows, self.tile / matrices.side];
         let products = [

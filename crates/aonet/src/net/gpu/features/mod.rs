@@ -7,38 +7,38 @@ use crate::gpu::shader::Shader;
 use crate::gpu::surface::Surface;
 use crate::net::config::{Channel, Features};
 use crate::net::features::{LOG2_PX_MEAN, LOG2_PX_RANGE, LOG2_PX_SCALE};
+use crate::net::gpu::context::Context;
 use crate::net::gpu::memory::blocks;
-use crate::net::gpu::network::Sized;
 use crate::net::plan;
 
 /// Columns and rows of a workgroup.
 const TILE: [usize; 2] = [16, 8];
 
-/// What features need besides the textures.
+/// Where the features go, and what they need besides the textures.
 #[derive(Debug, Clone, Copy)]
-pub(crate) struct Extras {
+pub(crate) struct Target {
+    /// The tensor that they are written into.
+    pub(crate) output: plan::BufferId,
+    /// Side of a patch (px).
+    pub(crate) patch: usize,
     /// Bits of the range of depths; see `depth_range.wgsl`.
     pub(crate) depth_range: Option<BufferId>,
     /// The visibility that the search found, where a channel shows it.
     pub(crate) search: Option<BufferId>,
 }
 
-/// Adds the dispatch that writes the features of the frame into `output`.
-pub(crate) fn push(
-    features: &Features,
-    (sized, extras): (&Sized<'_>, Extras),
-    (output, patch): (plan::BufferId, usize),
-    list: &mut Dispatches,
-) {
-    let cells = &sized.plan.buffers[output];
+/// Adds the dispatch that writes the features of the frame.
+pub(crate) fn push(features: &Features, target: Target, context: &Context<'_>, list: &mut Dispatches) {
+    let Target { output, patch, depth_range, search } = target;
+    let cells = &context.plan.buffers[output];
     let size = list.uniform("features", &[cells.width, cells.height]);
-    let mut bindings = vec![Binding::Uniform(size), Binding::Write(sized.memory.of(output))];
-    bindings.extend(extras.depth_range.map(Binding::Read));
-    bindings.extend(extras.search.map(Binding::Read));
+    let mut bindings = vec![Binding::Uniform(size), Binding::Write(context.memory.of(output))];
+    bindings.extend(depth_range.map(Binding::Read));
+    bindings.extend(search.map(Binding::Read));
     let quads = blocks(patch * patch);
     let dispatch = Dispatch {
         label: "features",
-        shader: shader(sized.surface, features, patch),
+        shader: shader(context.surface, features, patch),
         sees_frame: true,
         workgroups: [cells.width.div_ceil(TILE[0]), cells.height.div_ceil(TILE[1]), quads],
     };

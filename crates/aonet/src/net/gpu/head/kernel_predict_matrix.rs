@@ -1,11 +1,12 @@
-//! Kernels on cooperative matrices. See `mod.rs`, which knows everything else about them.
+//! Kernels on cooperative matrices: their shader and the order of their weights.
 
-use crate::gpu::matrices::{Matrices, unrolled};
+use crate::gpu::matrices::Matrices;
+use crate::gpu::matrix_shader::unrolled;
 use crate::gpu::options::Kernels;
 use crate::gpu::shader::Shader;
 use crate::net::config::KernelWeights;
-use crate::net::gpu::head::with_kernels;
-use crate::net::graph::WINDOW;
+use crate::net::gpu::head::kind::{HeadKind, with_kernels};
+use crate::net::kernel::WINDOW;
 
 /// Inputs above which the plain shader is taken: a workgroup's cells and kernels would not fit its memory.
 const MAX_CHANNELS: usize = 64;
@@ -15,7 +16,7 @@ const MAX_PIXELS: usize = 2;
 const LOAD_CELLS: &str = "let cells_{r} = cells_at(first + {r}u * BLOCKS, IN_BLOCKS);\n";
 const PRODUCT: &str = "sum = multiply_add(cells_{r}, filters_at(filters + {r}u * MATRIX), sum);\n";
 
-/// The matrices to compute a head with: none for heads that fit badly.
+/// The matrices to compute a head with, or none for heads that fit badly.
 pub(crate) fn suits(kernels: Kernels, channels: usize, kernel: KernelWeights) -> Option<Matrices> {
     match (kernels, kernel) {
         (Kernels::Matrices(matrices), KernelWeights::Linear | KernelWeights::Softmax) => {
@@ -27,8 +28,8 @@ pub(crate) fn suits(kernels: Kernels, channels: usize, kernel: KernelWeights) ->
     }
 }
 
-/// The shader of kernels for so many input channels.
-pub(crate) fn shader(matrices: Matrices, channels: usize, (patch, kernel): (usize, KernelWeights)) -> Shader {
+/// The shader of kernels for a number of input channels.
+pub(crate) fn shader(matrices: Matrices, channels: usize, kind: HeadKind) -> Shader {
     let steps = channels.div_ceil(matrices.side);
     let main = include_str!("kernel_predict_matrix.wgsl")
         .replace("//CELLS", &unrolled(LOAD_CELLS, [steps, 1]))
@@ -37,11 +38,11 @@ pub(crate) fn shader(matrices: Matrices, channels: usize, (patch, kernel): (usiz
         .shader()
         .number("STEPS", steps)
         .number("PIXELS", (matrices.lanes / matrices.side).min(MAX_PIXELS));
-    with_kernels(begin, (patch, kernel)).part(&main)
+    with_kernels(begin, kind).part(&main)
 }
 
 /// A 1x1 convolution's weights by kernel, SIDE outputs, SIDE inputs: matrices of inputs by outputs, column by column.
-/// `value` tells the weight of an output of a kernel and an input.
+/// `value` returns the weight of an output of a kernel and an input.
 pub(crate) fn packed(
     matrices: Matrices,
     (kernels, channels): (usize, usize),

@@ -2,21 +2,20 @@
 //! AO-Net §3.3, Eq. 2.
 
 pub(crate) mod kernel_predict_matrix;
+pub(crate) mod kind;
 
+use crate::frame::size::Size;
 use crate::gpu::matrices::Matrices;
 use crate::gpu::program::{self, Arithmetic, Binding, Contents, Dispatch, Dispatches, floats};
-use crate::gpu::shader::Shader;
 use crate::net::config::KernelWeights;
-use crate::net::gpu::conv;
+use crate::net::gpu::context::Context;
 use crate::net::gpu::memory::{BLOCK, blocks};
-use crate::net::gpu::network::Sized;
-use crate::net::graph::{FIRST_TAP, GUIDE_CHANNELS, TAPS, WINDOW};
-use crate::net::plan::{BufferId, Plan};
+use crate::net::gpu::tiles;
+use crate::net::kernel::{GUIDE_CHANNELS, TAPS, WINDOW};
+use crate::net::plan::{BufferId, HeadStep, Plan};
 use crate::net::weights::Weights;
 use kernel_predict_matrix as matrix;
-
-/// Invocations that share out the pixels of a patch at most.
-const MAX_GROUPS: usize = 4;
+use kind::{HeadKind, out_blocks, shader};
 
 /// Cells of an invocation that applies kernels, at most. Compiled for RDNA 3, 4 take 252 registers with half floats, and 2
 /// take 120: less to do while memory is waited for counts more than a tenth of the instructions.
@@ -28,21 +27,17 @@ pub(crate) struct Head {
     name: String,
     input: BufferId,
     guide: BufferId,
-    patch: usize,
-    kernel: KernelWeights,
-    /// What it is computed with, where it is.
+    kind: HeadKind,
+    /// The matrices that it is computed with, if any.
     matrices: Option<Matrices>,
     weights: Contents,
     bias: Contents,
 }
 
 impl Head {
-    pub(crate) fn new(
-        arithmetic: Arithmetic,
-        plan: &Plan,
-        weights: &Weights,
-        (name, [input, guide], patch, kernel): (&str, [BufferId; 2], usize, KernelWeights),
-    ) -> Self {
+    /// Packs the weights of a step of a plan.
+    pub(crate) fn new(arithmetic: Arithmetic, plan: &Plan, weights: &Weights, step: &HeadStep) -> Self {
+        let HeadStep { ref name, input, guide, patch, kernel, .. } = *step;
         let order = order(patch, kernel);
         let weight = &weights.get(&format!("{name}.weight")).values;
         let bias = &weights.get(&format!("{name}.bias")).values;
@@ -60,41 +55,42 @@ impl Head {
             None => packed(&order, (out_blocks(kernel) * BLOCK, blocks(channels)), value),
         };
         let bias: Vec<_> = order.iter().map(|output| output.map_or(0.0, |o| bias[o])).collect();
-        let (name, weights, bias) = (name.to_owned(), arithmetic.reals(&packed), floats(&bias));
-        Self { name, input, guide, patch, kernel, matrices, weights, bias }
+        let (name, weights, bias) = (name.clone(), arithmetic.reals(&packed), floats(&bias));
+        Self { name, input, guide, kind: HeadKind { patch, kernel }, matrices, weights, bias }
     }
 
     /// Values that it writes for a plan.
     pub(crate) fn raw_len(plan: &Plan) -> usize {
-        plan.padded.0 * plan.padded.1
+        plan.padded.pixels()
     }
 
     /// Adds the dispatch for a plan; `raw` gets the visibility before it is clamped, pixel of the patch by pixel.
-    pub(crate) fn push(&self, sized: &Sized<'_>, raw: program::BufferId, list: &mut Dispatches) {
-        let Sized { arithmetic, plan, memory, .. } = *sized;
+    pub(crate) fn push(&self, context: &Context<'_>, raw: program::BufferId, list: &mut Dispatches) {
+        let Context { arithmetic, plan, memory, .. } = *context;
         let input = &plan.buffers[self.input];
-        let cells = (input.width, input.height);
+        let cells = input.size();
         let mut bindings = vec![
-            Binding::Uniform(list.uniform("head", &[cells.0, cells.1, blocks(input.channels), 0])),
+            Binding::Uniform(
+                list.uniform("head", &[cells.width(), cells.height(), blocks(input.channels), 0]),
+            ),
             Binding::Read(list.filled(&self.name, &self.weights)),
             Binding::Read(list.filled(&self.name, &self.bias)),
             Binding::Write(raw),
             Binding::Read(memory.of(self.input)),
         ];
-        match self.kernel {
+        match self.kind.kernel {
             KernelWeights::Off => {}
             KernelWeights::Linear | KernelWeights::Softmax => {
                 bindings.push(Binding::Read(memory.of(self.guide)))
             }
         }
-        let of = (self.patch, self.kernel);
         let (shader, workgroups) = match self.matrices {
             Some(matrices) => {
-                (matrix::shader(matrices, input.channels, of), matrices.workgroups(cells, 1, 1))
+                (matrix::shader(matrices, input.channels, self.kind), matrices.workgroups(cells, 1, 1))
             }
             None => {
-                let rows = cells_each(cells, self.kernel);
-                (shader(arithmetic, of, rows), conv::workgroups(cells, rows, 1))
+                let rows = cells_each(cells, self.kind.kernel);
+                (shader(arithmetic, self.kind, rows), tiles::workgroups(cells, rows, 1))
             }
         };
         list.push(&Dispatch { label: "head", shader, sees_frame: false, workgroups }, &bindings);
@@ -102,47 +98,11 @@ impl Head {
 }
 
 /// Cells of an invocation.
-fn cells_each(cells: (usize, usize), kernel: KernelWeights) -> usize {
+fn cells_each(cells: Size, kernel: KernelWeights) -> usize {
     match kernel {
-        KernelWeights::Off => conv::rows(cells, 1),
-        KernelWeights::Linear | KernelWeights::Softmax => conv::rows(cells, 1).min(MAX_CELLS),
+        KernelWeights::Off => tiles::rows(cells, 1),
+        KernelWeights::Linear | KernelWeights::Softmax => tiles::rows(cells, 1).min(MAX_CELLS),
     }
-}
-
-/// The shader of a head for so many cells an invocation.
-pub(crate) fn shader(
-    arithmetic: Arithmetic,
-    (patch, kernel): (usize, KernelWeights),
-    cells: usize,
-) -> Shader {
-    let begin = |groups: usize| {
-        Shader::new(arithmetic.precision)
-            .with_kernels(arithmetic.kernels)
-            .tile(conv::TILE)
-            .number("CELLS", cells)
-            .number("GROUPS", groups.min(MAX_GROUPS))
-            .number("OUT_BLOCKS", out_blocks(kernel))
-    };
-    let outputs = include_str!("outputs.wgsl");
-    match kernel {
-        KernelWeights::Off => {
-            let begin = begin(blocks(patch * patch)).number("PATCH", patch);
-            begin.part(include_str!("head.wgsl")).part(outputs).part(include_str!("patch_merge.wgsl"))
-        }
-        KernelWeights::Linear | KernelWeights::Softmax => with_kernels(begin(patch * patch), (patch, kernel))
-            .part(outputs)
-            .part(include_str!("kernel_predict.wgsl")),
-    }
-}
-
-/// A shader that can apply kernels, to be continued.
-pub(crate) fn with_kernels(begin: Shader, (patch, kernel): (usize, KernelWeights)) -> Shader {
-    begin
-        .number("PATCH", patch)
-        .flag("SOFTMAX", kernel == KernelWeights::Softmax)
-        .part(&format!("const FIRST_TAP: i32 = {FIRST_TAP};"))
-        .part(include_str!("head.wgsl"))
-        .part(include_str!("kernels.wgsl"))
 }
 
 /// By `group` of outputs that are computed together, block of inputs, block of outputs, input of the block.
@@ -162,14 +122,6 @@ fn packed(
         }
     }
     packed
-}
-
-/// Blocks of four outputs that are computed together: a kernel for one component of the normal, or four pixels.
-fn out_blocks(kernel: KernelWeights) -> usize {
-    match kernel {
-        KernelWeights::Off => 1,
-        KernelWeights::Linear | KernelWeights::Softmax => WINDOW * WINDOW / BLOCK,
-    }
 }
 
 /// The outputs of the convolution in the order in which they are computed; none for places that are left over.

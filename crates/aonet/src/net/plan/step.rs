@@ -1,0 +1,100 @@
+//! The steps of a plan.
+
+use super::buffer::BufferId;
+use crate::net::config::{KernelWeights, SearchConfig};
+use crate::net::graph::Activation;
+#[cfg(doc)]
+use crate::net::graph::Op;
+
+/// How a convolution reads a buffer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Resample {
+    /// As it is.
+    None,
+    /// [`Op::AvgPool2`] one or more times: the mean of squares of this side (px).
+    AvgPool(usize),
+    /// [`Op::Upsample2`].
+    Upsample2,
+}
+
+/// One of the inputs of a convolution; their channels follow one another.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Source {
+    /// The buffer that is read.
+    pub buffer: BufferId,
+    /// How it is read.
+    pub resample: Resample,
+}
+
+/// A convolution of a plan. See [`Op::Conv`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct ConvStep {
+    /// Prefix of the parameter names.
+    pub name: String,
+    /// One or more.
+    pub sources: Vec<Source>,
+    /// Blocked.
+    pub output: BufferId,
+    /// Side of the filter: 1 or 3.
+    pub size: usize,
+    /// Groups of channels.
+    pub groups: usize,
+    /// What follows.
+    pub activation: Activation,
+}
+
+/// The last step of a network that predicts kernels, or merges patches.
+#[derive(Debug, Clone, PartialEq)]
+pub struct HeadStep {
+    /// Prefix of the parameter names.
+    pub name: String,
+    /// Blocked.
+    pub input: BufferId,
+    /// The partitioned features.
+    pub guide: BufferId,
+    /// Side of a patch (px).
+    pub patch: usize,
+    /// Whether the convolution predicts kernels.
+    pub kernel: KernelWeights,
+    /// An image: the visibility that is added to, where the network corrects a search.
+    pub base: Option<BufferId>,
+}
+
+/// One pass over an image.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Step {
+    /// A classic method on the frame, without its filter. See [`Op::Search`].
+    Search {
+        /// The method and its parameters.
+        search: SearchConfig,
+        /// An image.
+        output: BufferId,
+    },
+    /// One pass of the filter of a search.
+    Filter {
+        /// The search; its parameters include those of the filter.
+        search: SearchConfig,
+        /// An image.
+        input: BufferId,
+        /// An image.
+        output: BufferId,
+    },
+    /// Features of the frame, edge-padded to the plan's size, as patch² channels a feature.
+    Features {
+        /// An image: the visibility that the search found, where the network sees it.
+        search: Option<BufferId>,
+        /// Planar.
+        output: BufferId,
+        /// Side of a patch (px).
+        patch: usize,
+    },
+    /// Resampling, concatenation, convolution, activation.
+    Conv(ConvStep),
+    /// 1x1 convolution, kernels over the normals (or none), patch merging, clamping: writes the image.
+    Head(HeadStep),
+    /// The first channel, clamped, is the image.
+    Image {
+        /// Blocked, at full resolution.
+        input: BufferId,
+    },
+}
