@@ -1,8 +1,7 @@
 //! Weights files.
 #![no_main]
 
-use aonet::net::Model;
-use aonet::net::model::WeightFormat;
+use aonet::net::{Model, WeightFormat};
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
     if let Ok(model) = Model::from_bytes(bytes) {

@@ -3,12 +3,14 @@
 //!
 //! This crate is what ships inside a program: it knows no scene, no file path, no clock.
 
-pub mod error;
+mod error;
 pub mod frame;
 pub mod gpu;
+#[doc(hidden)]
+pub mod internals;
 pub mod metrics;
 pub mod net;
-pub mod random;
+mod random;
 pub mod search;
 pub mod simd;
 mod threads;

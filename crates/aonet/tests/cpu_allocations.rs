@@ -4,8 +4,7 @@
 mod common;
 
 use aonet::net::cpu::{Options, Precision, Session};
-use aonet::net::model::Ranges;
-use aonet::net::{Features, KernelWeights};
+use aonet::net::{Features, KernelWeights, Ranges};
 use aonet::search::{self, Classic};
 use aonet::{AoImage, Margin, Size};
 use common::{frame, model, params, small};

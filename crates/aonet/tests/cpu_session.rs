@@ -2,9 +2,9 @@
 
 mod common;
 
+use aonet::internals::naive;
 use aonet::net::cpu::{Options, Precision, Session};
-use aonet::net::model::Ranges;
-use aonet::net::{Features, KernelWeights, Model, ModelConfig, Output, Skips, naive};
+use aonet::net::{Features, KernelWeights, Model, ModelConfig, Output, Ranges, Skips};
 use aonet::simd::Level;
 use aonet::{AoImage, GBuffer, Size};
 use common::{assert_close, camera, frame, model, oracle, params, seeing, small, spread};
@@ -219,7 +219,7 @@ fn calibration_measures_what_convolutions_read() {
     }
 
     let calibrated = model.clone().with_ranges(both).unwrap();
-    let bytes = calibrated.to_bytes(aonet::net::model::WeightFormat::F32).unwrap();
+    let bytes = calibrated.to_bytes(aonet::net::WeightFormat::F32).unwrap();
     assert_eq!(Model::from_bytes(&bytes).unwrap(), calibrated);
     assert!(model.clone().with_ranges(Ranges::from([("x".into(), vec![[1.0, 0.0]])])).is_err());
     assert!(model.clone().with_ranges(Ranges::from([("x".into(), vec![[f32::NAN, 0.0]])])).is_err());
@@ -301,8 +301,8 @@ fn background_is_open_and_the_rest_is_clamped() {
     let config = small(Features::normal(), 4, KernelWeights::Off);
     let mut tensors = model(config.clone(), 12).weights().tensors().clone();
     tensors.get_mut("head.weight").unwrap().values.iter_mut().for_each(|v| *v *= 1e4);
-    let graph = aonet::net::Graph::new(&config).unwrap();
-    let weights = aonet::net::Weights::new(&graph, tensors).unwrap();
+    let graph = aonet::internals::graph::Graph::new(&config).unwrap();
+    let weights = aonet::internals::weights::Weights::new(&graph, tensors).unwrap();
     let model = Model::new(config, weights, Default::default()).unwrap();
     let gbuffer = frame(Size::px(60, 40), 13);
     for level in Level::available() {

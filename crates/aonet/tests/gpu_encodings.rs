@@ -8,8 +8,9 @@ use aonet::gpu::wgpu::TextureFormat as Format;
 use aonet::gpu::{
     DepthEncoding, Device, Frame, NormalEncoding, NormalSpace, Options, Precision, Textures, wgpu,
 };
+use aonet::internals::naive;
 use aonet::net::gpu::Session;
-use aonet::net::{Features, KernelWeights, Model, naive};
+use aonet::net::{Features, KernelWeights, Model};
 use aonet::{Camera, GBuffer, Projection, Size};
 use common::{assert_close, frame, model, params, small};
 use device::{device, filled, read, target, texture};

@@ -238,7 +238,7 @@ fn a_changed_weight_is_noticed() {
     let (model, gbuffer) = (model(config.clone(), 1), frame(Size::px(60, 40), 9));
     let mut tensors = model.weights().tensors().clone();
     tensors.get_mut("enc1.conv1.weight").unwrap().values[40] += 0.1;
-    let weights = aonet::net::Weights::new(model.graph(), tensors).unwrap();
+    let weights = aonet::internals::weights::Weights::new(model.graph(), tensors).unwrap();
     let changed = Model::new(config, weights, Default::default()).unwrap();
     let expected = oracle(&model, &gbuffer, params());
     let found = run((&device, Precision::F32), &changed, &gbuffer);

@@ -2,9 +2,11 @@
 
 mod common;
 
+use aonet::internals::features::write_features;
+use aonet::internals::naive;
+use aonet::internals::weights::Weights;
 use aonet::net::cpu::{Options, Precision, Session};
-use aonet::net::features::write_features;
-use aonet::net::{Channel, Features, Model, ModelConfig, SearchConfig, TrainingFacts, Weights, naive};
+use aonet::net::{Channel, Features, Model, ModelConfig, SearchConfig, TrainingFacts};
 use aonet::search::AgtaoParams;
 use aonet::simd::Level;
 use aonet::{AoImage, GBuffer, Projection, Size};
@@ -29,8 +31,8 @@ fn features_are_those_of_their_definitions() {
     for gbuffer in frames() {
         let (width, height) = (gbuffer.width(), gbuffer.height());
         let mut found = vec![f32::NAN; features.channels().len() * width * height];
-        write_features(&features, (&gbuffer, params()), &[], &mut found, (width, width * height));
-        let expected = naive::features(&features, (&gbuffer, params()), None).values;
+        write_features(&features, &gbuffer, params(), &[], &mut found);
+        let expected = naive::features(&features, &gbuffer, params(), None).values;
         for (i, (a, b)) in found.iter().zip(&expected).enumerate() {
             let off = (a - b).abs() / b.abs().max(1.0);
             let channel = features.channels()[i / (width * height)];
@@ -54,7 +56,7 @@ fn frames() -> Vec<GBuffer<'static>> {
 fn searching(params: AgtaoParams) -> Model {
     let search = Some(SearchConfig::Agtao(params));
     let config = ModelConfig { search, encoder: vec![1], decoder: vec![], ..ModelConfig::any_radius() };
-    let graph = aonet::net::Graph::new(&config).unwrap();
+    let graph = aonet::internals::graph::Graph::new(&config).unwrap();
     let mut tensors = Weights::init(&graph, 1).tensors().clone();
     tensors.values_mut().for_each(|tensor| tensor.values.fill(0.0));
     let weights = Weights::new(&graph, tensors).unwrap();

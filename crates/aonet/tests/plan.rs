@@ -1,10 +1,11 @@
 //! Plans of many graphs at many sizes.
 
 use aonet::Size;
-use aonet::frame::size::MAX_SIDE;
-use aonet::net::kernel::TAPS;
-use aonet::net::plan::{Buffer, ConvStep, HeadStep, Layout, Lifetime, Plan, Resample, Step};
-use aonet::net::{Features, Graph, KernelWeights, ModelConfig, Output, SearchConfig};
+use aonet::frame::MAX_SIDE;
+use aonet::internals::graph::Graph;
+use aonet::internals::kernel::TAPS;
+use aonet::internals::plan::{Buffer, ConvStep, HeadStep, Layout, Lifetime, Plan, Resample, Step};
+use aonet::net::{Features, KernelWeights, ModelConfig, Output, SearchConfig};
 use aonet::search::AgtaoParams;
 use proptest::prelude::*;
 

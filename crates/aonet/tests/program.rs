@@ -3,17 +3,18 @@
 use aonet::Size;
 use aonet::gpu::program::{Binding, Usage};
 use aonet::gpu::{Describe, Precision, Program, ProgramOptions, TextureEncoding};
+use aonet::internals::weights::Weights;
 use aonet::net::gpu::Network;
-use aonet::net::{Model, ModelConfig, Weights};
+use aonet::net::{Model, ModelConfig};
 use aonet::search::Classic;
 use aonet::search::gpu::Method;
 
 /// A network with weights of zero.
 fn network(config: ModelConfig, precision: Precision) -> Network {
-    let graph = aonet::net::Graph::new(&config).unwrap();
-    let tensor = |spec: aonet::net::ParamSpec| {
+    let graph = aonet::internals::graph::Graph::new(&config).unwrap();
+    let tensor = |spec: aonet::internals::graph::ParamSpec| {
         let values = vec![0.0; spec.shape.iter().product()];
-        (spec.name, aonet::net::Tensor { shape: spec.shape, values })
+        (spec.name, aonet::internals::weights::Tensor { shape: spec.shape, values })
     };
     let weights = Weights::new(&graph, graph.params().into_iter().map(tensor).collect()).unwrap();
     let model = Model::new(config, weights, Default::default()).unwrap();

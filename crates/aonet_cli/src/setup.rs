@@ -2,7 +2,9 @@
 
 use crate::output;
 use anyhow::{Context, Result, bail};
-use aonet::net::{Graph, Model, ModelConfig, TrainingFacts, Weights, shipped};
+use aonet::internals::graph::Graph;
+use aonet::internals::weights::Weights;
+use aonet::net::{Model, ModelConfig, TrainingFacts, shipped};
 use aonet::search::Classic;
 use aonet::{AoImage, AoParams, Size};
 use aonet_lab::preset::Preset;

@@ -3,9 +3,8 @@
 use crate::dataset::{FrameEntry, Manifest, Split};
 use crate::eval::read;
 use aonet::AoImage;
-use aonet::net::Model;
 use aonet::net::cpu::Session;
-use aonet::net::model::Ranges;
+use aonet::net::{Model, Ranges};
 use aonet_scene::Result;
 use aonet_scene::error::Error;
 

@@ -1,8 +1,8 @@
 //! What a network reads of a frame, as the runtime computes it: for measurements and for other runtimes.
 
+use aonet::internals::features::{search_visibility, write_features};
+use aonet::internals::naive::{Inputs, Planes};
 use aonet::net::Model;
-use aonet::net::features::{search_visibility, write_features};
-use aonet::net::naive::{Inputs, Planes};
 use aonet::{AoParams, GBuffer};
 
 /// Features of a frame and what the network's search finds, both of the frame's size.
@@ -15,7 +15,7 @@ pub(crate) fn network_inputs(model: &Model, gbuffer: &GBuffer, params: AoParams)
     let channels = config.features.channels().len();
     let mut values = vec![0.0; channels * height * width];
     let shown = found.as_deref().unwrap_or(&[]);
-    write_features(&config.features, (gbuffer, params), shown, &mut values, (width, height * width));
+    write_features(&config.features, gbuffer, params, shown, &mut values);
     Ok(Inputs {
         features: Planes { channels, height, width, values },
         search: found.map(|values| Planes { channels: 1, height, width, values }),

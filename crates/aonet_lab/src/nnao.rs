@@ -4,8 +4,8 @@
 use crate::adam::{Adam, cosine_decay};
 use crate::dataset::{FrameEntry, Manifest, Split};
 use crate::eval;
+use aonet::internals::nnao::{INPUTS, NnaoTap, NnaoWeights, Spiral, taps};
 use aonet::search::NnaoParams;
-use aonet::search::nnao_weights::{INPUTS, NnaoTap, NnaoWeights, taps};
 use aonet_scene::error::{Error, Result};
 use aonet_scene::random::Random;
 use rayon::prelude::*;
@@ -78,8 +78,8 @@ fn examples(manifest: &Manifest, count: usize, random: &mut Random) -> Result<Ve
         let pixels: Vec<usize> = (0..gbuffer.depth().len()).filter(|i| gbuffer.is_foreground(*i)).collect();
         for _ in 0..PIXELS_A_FRAME.min(pixels.len()) {
             let i = pixels[random.below(pixels.len())];
-            let at = (i % gbuffer.width(), i / gbuffer.width());
-            let taps = taps(&gbuffer, (&NnaoParams::default(), params), at, random.unit_f64() as f32);
+            let spiral = Spiral { params: &NnaoParams::default(), rotation: random.unit_f64() as f32 };
+            let taps = taps(&gbuffer, params, spiral, [i % gbuffer.width(), i / gbuffer.width()]);
             examples.push(Example { taps, occlusion: 1.0 - reference.visibility()[i] });
         }
     }
@@ -124,7 +124,7 @@ fn gradient(weights: &NnaoWeights, batch: &[&Example]) -> (Vec<f32>, f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use aonet::search::nnao_weights::COUNT;
+    use aonet::internals::nnao::COUNT;
 
     fn example(random: &mut Random) -> Example {
         let mut unit = || 2.0 * random.unit_f64() as f32 - 1.0;

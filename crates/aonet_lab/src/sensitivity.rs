@@ -8,7 +8,7 @@
 use crate::dataset::{FrameEntry, Manifest, Split};
 use crate::eval;
 use crate::network_inputs::network_inputs;
-use aonet::net::naive::{self, Inputs, Planes};
+use aonet::internals::naive::{self, Inputs, Planes};
 use aonet::net::{Features, Model, SearchConfig};
 use aonet::{AoParams, GBuffer};
 use aonet_scene::error::{Error, Result};
@@ -261,7 +261,9 @@ fn change(model: &Model, sample: &Sample, still: &Planes, noise: Noise) -> f64 {
 mod tests {
     use super::*;
     use crate::paper::fixtures;
-    use aonet::net::{Graph, KernelWeights, ModelConfig, Output, TrainingFacts, Weights};
+    use aonet::internals::graph::Graph;
+    use aonet::internals::weights::Weights;
+    use aonet::net::{KernelWeights, ModelConfig, Output, TrainingFacts};
 
     /// Σ w_i x_i: centre taps only, lifted far above the kink of the activation and lowered again.
     fn linear(weights: [f32; 4]) -> Model {

@@ -1,9 +1,11 @@
 //! Replays the fuzzers' seeds and findings (`fuzz/seeds`): files named `crash-*` once broke a
 //! reader, all others are valid.
 
-use aonet::net::config::{Arch, Features, KernelWeights, Output, Skips};
-use aonet::net::model::WeightFormat;
-use aonet::net::{Graph, Model, ModelConfig, TrainingFacts, Weights};
+use aonet::internals::graph::Graph;
+use aonet::internals::weights::Weights;
+use aonet::net::{
+    Arch, Features, KernelWeights, Model, ModelConfig, Output, Skips, TrainingFacts, WeightFormat,
+};
 use aonet::search::Classic;
 use aonet_lab::dataset::{DatasetParams, DatasetPlan, FORMAT, Manifest, Preset};
 use aonet_lab::frame::{Frame, FrameHints};

@@ -1,6 +1,6 @@
 //! Random numbers that depend on a key only, not on the order of calls.
 
-use aonet::random::SplitMix64;
+use aonet::internals::random::SplitMix64;
 use glam::Vec3;
 
 /// A stream with the distributions that datasets, training and tuning draw from.

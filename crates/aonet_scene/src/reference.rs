@@ -3,7 +3,7 @@
 use crate::gbuffer::{Surface, corners, geometric_normal};
 use crate::trace::{FAN, Fan, Tracer};
 use crate::{Error, Result, Scene};
-use aonet::random::SplitMix64;
+use aonet::internals::random::SplitMix64;
 use aonet::{AoImage, AoParams};
 use glam::{DVec3, Mat3A, Vec3A};
 use rayon::prelude::*;

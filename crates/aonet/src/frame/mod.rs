@@ -1,12 +1,17 @@
-//! What a frame is: the camera that saw it, its depth and normals, and its ambient occlusion.
+//! What a frame is: the camera that saw it, its depth and normals, and its ambient occlusion. The types that every program needs
+//! are at the root of the crate.
 
-pub mod ao_image;
-pub mod camera;
+pub(crate) mod ao_image;
+pub(crate) mod camera;
 mod check;
-pub mod gbuffer;
-pub mod layer;
-pub mod size;
-pub mod window;
+pub(crate) mod gbuffer;
+mod layer;
+pub(crate) mod size;
+pub(crate) mod window;
+
+pub use camera::ClipDepth;
+pub use layer::{FrameMemory, Numbers, Pixels};
+pub use size::MAX_SIDE;
 
 /// Depth of the background where it has to be a number that can be computed with: beyond every scene, and squares of what comes
 /// of it are still floats.

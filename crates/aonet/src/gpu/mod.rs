@@ -19,22 +19,12 @@ pub use options::{
     DepthEncoding, Frame, Kernels, NormalEncoding, NormalSpace, Precision, ProgramOptions, TextureEncoding,
 };
 pub use program::{Describe, Program};
-pub use surface::LENS;
-pub use uniforms::{LENS_WORDS, Lens};
 #[cfg(feature = "gpu")]
 pub use wgpu;
 #[cfg(feature = "gpu")]
-pub use wgpu_30::bind;
-#[cfg(feature = "gpu")]
 pub use wgpu_30::chain::Timestamps;
 #[cfg(feature = "gpu")]
-pub use wgpu_30::cover::{cleared, cover_pipeline};
-#[cfg(feature = "gpu")]
 pub use wgpu_30::device::Device;
-#[cfg(all(feature = "gpu", not(target_arch = "wasm32")))]
-pub use wgpu_30::device::wait;
-#[cfg(feature = "gpu")]
-pub use wgpu_30::errors::scoped;
 #[cfg(all(feature = "gpu", not(target_arch = "wasm32")))]
 pub use wgpu_30::offscreen::Offscreen;
 #[cfg(feature = "gpu")]

@@ -4,8 +4,9 @@ use crate::error::Result;
 use crate::frame::ao_image::AoParams;
 use crate::frame::gbuffer::GBuffer;
 use crate::net::config::{Channel, Features, SearchConfig};
-use crate::search;
+use crate::search::{self, Filter, Screen};
 use crate::simd::{Isa, Level};
+use crate::threads::Band;
 
 /// Range of the projected radius that the network tells apart, log2 (px): 1/16 px to 65536 px.
 /// Background is infinitely far and gets the lower end.
@@ -16,23 +17,24 @@ pub(crate) const LOG2_PX_RANGE: (f32, f32) = (-4.0, 16.0);
 pub(crate) const LOG2_PX_MEAN: f32 = 5.0;
 pub(crate) const LOG2_PX_SCALE: f32 = 0.25;
 
-/// Writes CxHxW features, rows of length `row` >= width, planes of `plane` values; the rest of `out` is left alone.
-/// [`Channel`] says what the channels hold. `search` is the HxW visibility that the network's search found; it may be empty
-/// where no channel shows it.
+/// Writes CxHxW features. [`Channel`] describes the channels. `search` is the HxW visibility that the network's search found;
+/// it may be empty where no channel shows it.
 ///
 /// # Panics
-/// When `out` is too short for the planes, or `search` for the frame.
+/// When `out` has another number of values, or `search` is too short for the frame.
 pub fn write_features(
     features: &Features,
-    (gbuffer, params): (&GBuffer, AoParams),
+    gbuffer: &GBuffer,
+    params: AoParams,
     search: &[f32],
     out: &mut [f32],
-    (row, plane): (usize, usize),
 ) {
+    let pixels = gbuffer.size().pixels();
+    assert_eq!(out.len(), features.channels().len() * pixels, "values of the features");
     let rows = FeatureRows::new(features, gbuffer, params, search);
-    for c in 0..features.channels().len() {
-        for y in 0..gbuffer.height() {
-            rows.write((c, y), &mut out[c * plane + y * row..][..gbuffer.width()]);
+    for (c, plane) in out.chunks_exact_mut(pixels).enumerate() {
+        for (y, line) in plane.chunks_exact_mut(gbuffer.width()).enumerate() {
+            rows.write(c, y, line);
         }
     }
 }
@@ -42,14 +44,15 @@ pub fn write_features(
 /// # Errors
 /// When a parameter is out of its range.
 pub fn search_visibility(search: &SearchConfig, gbuffer: &GBuffer, params: AoParams) -> Result<Vec<f32>> {
-    let (search, isa, frame) = (search.checked()?, Isa::new(Level::best())?, (gbuffer, params));
+    let (search, isa, screen) = (search.checked()?, Isa::new(Level::best())?, Screen::new(gbuffer, params));
     let mut found = vec![0.0; gbuffer.depth().len()];
     match search {
-        SearchConfig::Agtao(of) => search::agtao_rows(isa, of, frame, (0, &mut found)),
+        SearchConfig::Agtao(of) => search::agtao_band(isa, of, &screen, Band::whole(&mut found)),
     }
     for _ in 0..search.filter().passes {
         let mut filtered = vec![0.0; found.len()];
-        search::filter_rows(isa, search.filter(), frame, &found, (0, &mut filtered));
+        let filter = Filter::new(&screen, search.filter(), &found);
+        search::filter_band(isa, &filter, Band::whole(&mut filtered));
         found = filtered;
     }
     Ok(found)
@@ -85,7 +88,7 @@ impl<'a> FeatureRows<'a> {
 
     /// Writes row `y` of channel `c`: as many values as `line` has, at most the frame's width.
     #[inline(always)]
-    pub(crate) fn write(&self, (c, y): (usize, usize), line: &mut [f32]) {
+    pub(crate) fn write(&self, c: usize, y: usize, line: &mut [f32]) {
         let first = y * self.gbuffer.width();
         let pixels = line.iter_mut().zip(&self.gbuffer.depth()[first..]);
         match self.channels[c] {
@@ -154,7 +157,7 @@ mod tests {
     fn fourth(features: &Features, gbuffer: &GBuffer, radius: f32) -> Vec<f32> {
         let n = gbuffer.width();
         let mut out = vec![9.0; 4 * n];
-        write_features(features, (gbuffer, AoParams::new(radius).unwrap()), &[], &mut out, (n, n));
+        write_features(features, gbuffer, AoParams::new(radius).unwrap(), &[], &mut out);
         out.split_off(3 * n)
     }
 

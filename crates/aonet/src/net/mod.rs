@@ -1,23 +1,20 @@
-//! The network as a value: a [`ModelConfig`] builds a [`Graph`] once; the backends interpret it.
+//! The network as a value: a [`Model`] is a [`ModelConfig`] and its weights; a session of a backend runs it.
 //!
-//! [`naive`] is the oracle: plain loops, no tricks. [`cpu`] is the runtime; with the feature `gpu`, `gpu` is another. All
-//! give the same image.
+//! [`cpu`] is the runtime; with the feature `gpu`, [`gpu`] is another. Both give the same image.
 
-pub mod arch;
-pub mod config;
+mod arch;
+pub(crate) mod config;
 pub mod cpu;
-pub mod features;
+pub(crate) mod features;
 pub mod gpu;
-pub mod graph;
-pub mod kernel;
-pub mod model;
-pub mod naive;
-pub mod plan;
+pub(crate) mod graph;
+pub(crate) mod kernel;
+pub(crate) mod model;
+pub(crate) mod naive;
+pub(crate) mod plan;
 #[cfg(feature = "weights")]
 pub mod shipped;
-pub mod weights;
+pub(crate) mod weights;
 
 pub use config::{Arch, Axis, Channel, Features, KernelWeights, ModelConfig, Output, SearchConfig, Skips};
-pub use graph::{Activation, Graph, Node, Op, ParamSpec, ValueId};
-pub use model::{Model, TrainingFacts};
-pub use weights::{Tensor, Weights};
+pub use model::{Model, Ranges, TrainingFacts, WeightFormat};

@@ -78,6 +78,7 @@ impl Model {
     ///
     /// # Errors
     /// When the configuration is out of range or the weights do not fit it.
+    #[doc(hidden)]
     pub fn new(config: ModelConfig, weights: Weights, facts: TrainingFacts) -> Result<Self> {
         let graph = Graph::new(&config)?;
         let weights = Weights::new(&graph, weights.tensors().clone())?;
@@ -184,11 +185,13 @@ impl Model {
     }
 
     /// Its operations.
+    #[doc(hidden)]
     pub fn graph(&self) -> &Graph {
         &self.graph
     }
 
     /// Its parameters.
+    #[doc(hidden)]
     pub fn weights(&self) -> &Weights {
         &self.weights
     }

@@ -24,21 +24,29 @@ const ROWS: usize = 2 * REACH + 1;
 /// Weights by distance: a Gaussian with a spread of 1.5 px. guess
 pub(crate) const SPATIAL: [f32; 3] = [1.0, 0.8007, 0.4111];
 
-/// One row (number and values) of the filtered visibility.
-pub(crate) fn row(
-    screen: &Screen<'_>,
+/// One pass of the filter over the visibility of a frame.
+pub(crate) struct Filter<'a> {
+    pub(crate) screen: &'a Screen<'a>,
     by: Denoise,
-    visibility: &[f32],
-    (y, line): (usize, &mut [f32]),
-    isa: Isa,
-) {
-    isa.run_on_pixels(Row { screen, by, visibility, y, line });
+    /// What is filtered, HxW.
+    visibility: &'a [f32],
+}
+
+impl<'a> Filter<'a> {
+    pub(crate) fn new(screen: &'a Screen<'a>, by: Denoise, visibility: &'a [f32]) -> Self {
+        Self { screen, by, visibility }
+    }
+
+    /// Writes consecutive rows of the filtered visibility, from row `first` on.
+    pub(crate) fn run(&self, isa: Isa, first: usize, rows: &mut [f32]) {
+        for (i, line) in rows.chunks_exact_mut(self.screen.size().width()).enumerate() {
+            isa.run_on_pixels(Row { filter: self, y: first + i, line });
+        }
+    }
 }
 
 struct Row<'a> {
-    screen: &'a Screen<'a>,
-    by: Denoise,
-    visibility: &'a [f32],
+    filter: &'a Filter<'a>,
     y: usize,
     line: &'a mut [f32],
 }
@@ -59,43 +67,47 @@ struct Neighbours {
 impl Kernel for Row<'_> {
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
-        let Row { screen, by, visibility, y, line } = self;
+        let Row { filter, y, line } = self;
         let mut seen = Neighbours {
             depth: [[0.0; COLUMNS]; ROWS],
             normal: [[[0.0; COLUMNS]; 3]; ROWS],
             visibility: [[0.0; COLUMNS]; ROWS],
         };
-        let facing = Power::new(by.normal);
+        let facing = Power::new(filter.by.normal);
         for (tile, line) in line.chunks_mut(TILE).enumerate() {
             let x = tile * TILE;
             let columns = (line.len() + 2 * REACH).next_multiple_of(S::LANES);
             for row in 0..ROWS {
-                seen.fill(simd, (screen, visibility), (x, y + row), (row, columns));
+                seen.fill(simd, filter, Span { x, y: y + row, columns }, row);
             }
             for (i, out) in line.chunks_mut(S::LANES).enumerate() {
-                let p = screen.pixels(simd, x + i * S::LANES, y);
-                let filtered = filtered((screen, by, facing), &p, (&seen, i * S::LANES));
-                filtered.store(out);
+                let p = filter.screen.pixels(simd, x + i * S::LANES, y);
+                filter.mean(&p, facing, &seen, i * S::LANES).store(out);
             }
         }
     }
 }
 
+/// Consecutive pixels of a row of the frame.
+#[derive(Clone, Copy)]
+struct Span {
+    /// The first pixel, plus [`REACH`]: it may lie outside the frame.
+    x: usize,
+    y: usize,
+    columns: usize,
+}
+
 impl Neighbours {
-    /// Fills a row; `x` and `y` are [`REACH`] to the right of and below the first place.
+    /// Fills a row.
     #[inline(always)]
-    fn fill<S: Simd>(
-        &mut self,
-        simd: S,
-        (screen, visibility): (&Screen<'_>, &[f32]),
-        (x, y): (usize, usize),
-        (row, columns): (usize, usize),
-    ) {
+    fn fill<S: Simd>(&mut self, simd: S, filter: &Filter<'_>, span: Span, row: usize) {
+        let (screen, Span { x, y, columns }) = (filter.screen, span);
         let (width, height) = (screen.size().width(), screen.size().height());
         let inside = y >= REACH && y < height + REACH;
         let y = y.saturating_sub(REACH).min(height - 1);
         let depth = screen.row(screen.gbuffer().depth(), y);
-        let (normal, visibility) = (screen.row(screen.gbuffer().normal(), y), screen.row(visibility, y));
+        let (normal, visibility) =
+            (screen.row(screen.gbuffer().normal(), y), screen.row(filter.visibility, y));
         for to in (0..columns).step_by(S::LANES) {
             if !inside || x + to < REACH || x + to + S::LANES > width + REACH {
                 for i in to..to + S::LANES {
@@ -118,43 +130,42 @@ impl Neighbours {
     }
 }
 
-#[inline(always)]
-fn filtered<S: Simd>(
-    (screen, by, facing): (&Screen<'_>, Denoise, Power),
-    p: &Pixels<S>,
-    (seen, x): (&Neighbours, usize),
-) -> F<S> {
-    let simd = p.x.simd();
-    let tolerance = 1.0 / (by.plane * screen.radius);
-    let depth = -p.position.z;
-    // From pixel to pixel on the screen, positions move by their size and by their difference in depth along the ray:
-    // so does the distance from the plane.
-    let size = screen.pixel_size(depth);
-    let slope = screen.pixel_size_line()[0];
-    let (across, down) = (p.normal.x * (size * screen.aspect), -p.normal.y * size);
-    let (ray_across, ray_down) = (p.normal.x * (slope * screen.aspect), -p.normal.y * slope);
-    let ray = screen.along_ray(p);
-    let (mut sum, mut weights) = (F::new(simd, 0.0), F::new(simd, 0.0));
-    for dy in 0..ROWS {
-        let step_y = dy as f32 - REACH as f32;
-        let (row, row_ray) = (down * step_y, ray_down.mul_add(step_y, ray));
-        for dx in 0..ROWS {
-            let step_x = dx as f32 - REACH as f32;
-            let deeper = load(simd, &seen.depth[dy], x + dx) - depth;
-            let beside = across.mul_add(step_x, row);
-            let away = deeper.mul_add(ray_across.mul_add(step_x, row_ray), beside).abs();
-            let [nx, ny, nz] = &seen.normal[dy];
-            let normal =
-                V3 { x: load(simd, nx, x + dx), y: load(simd, ny, x + dx), z: load(simd, nz, x + dx) };
-            let facing = facing.of(normal.dot(p.normal).max(0.0));
-            let spatial = SPATIAL[dx.abs_diff(REACH)] * SPATIAL[dy.abs_diff(REACH)];
-            let weight = away.mul_add(-tolerance * spatial, spatial).max(0.0) * facing;
-            sum = load(simd, &seen.visibility[dy], x + dx).mul_add(weight, sum);
-            weights += weight;
+impl Filter<'_> {
+    /// The filtered visibility of pixels whose neighbours begin at column `x` of `seen`; `facing` is the power of [`Denoise::normal`].
+    #[inline(always)]
+    fn mean<S: Simd>(&self, p: &Pixels<S>, facing: Power, seen: &Neighbours, x: usize) -> F<S> {
+        let (screen, by, simd) = (self.screen, self.by, p.x.simd());
+        let tolerance = 1.0 / (by.plane * screen.radius);
+        let depth = -p.position.z;
+        // From pixel to pixel on the screen, positions move by their size and by their difference in depth along the ray:
+        // so does the distance from the plane.
+        let size = screen.pixel_size(depth);
+        let slope = screen.pixel_size_line()[0];
+        let (across, down) = (p.normal.x * (size * screen.aspect), -p.normal.y * size);
+        let (ray_across, ray_down) = (p.normal.x * (slope * screen.aspect), -p.normal.y * slope);
+        let ray = screen.along_ray(p);
+        let (mut sum, mut weights) = (F::new(simd, 0.0), F::new(simd, 0.0));
+        for dy in 0..ROWS {
+            let step_y = dy as f32 - REACH as f32;
+            let (row, row_ray) = (down * step_y, ray_down.mul_add(step_y, ray));
+            for dx in 0..ROWS {
+                let step_x = dx as f32 - REACH as f32;
+                let deeper = load(simd, &seen.depth[dy], x + dx) - depth;
+                let beside = across.mul_add(step_x, row);
+                let away = deeper.mul_add(ray_across.mul_add(step_x, row_ray), beside).abs();
+                let [nx, ny, nz] = &seen.normal[dy];
+                let normal =
+                    V3 { x: load(simd, nx, x + dx), y: load(simd, ny, x + dx), z: load(simd, nz, x + dx) };
+                let facing = facing.of(normal.dot(p.normal).max(0.0));
+                let spatial = SPATIAL[dx.abs_diff(REACH)] * SPATIAL[dy.abs_diff(REACH)];
+                let weight = away.mul_add(-tolerance * spatial, spatial).max(0.0) * facing;
+                sum = load(simd, &seen.visibility[dy], x + dx).mul_add(weight, sum);
+                weights += weight;
+            }
         }
+        let centre = load(simd, &seen.visibility[REACH], x + REACH);
+        weights.le(1e-6).select(centre, sum / weights)
     }
-    let centre = load(simd, &seen.visibility[REACH], x + REACH);
-    weights.le(1e-6).select(centre, sum / weights)
 }
 
 #[inline(always)]
@@ -226,9 +237,7 @@ mod tests {
                 let expected = naive(&frame, by, 1.0, &visibility);
                 for level in Level::available() {
                     let mut found = vec![0.0; visibility.len()];
-                    for (y, line) in found.chunks_exact_mut(size.0).enumerate() {
-                        row(&screen, by, &visibility, (y, line), Isa::new(level).unwrap());
-                    }
+                    Filter::new(&screen, by, &visibility).run(Isa::new(level).unwrap(), 0, &mut found);
                     for i in (0..found.len()).filter(|i| frame.is_foreground(*i)) {
                         // Measured: 3e-5 at most.
                         let off = (found[i] - expected[i]).abs();

@@ -49,6 +49,14 @@ impl GtaoParams {
     }
 }
 
+/// One side of a slice.
+struct Side<S: Simd> {
+    /// 1 along the slice, -1 against it.
+    sign: f32,
+    /// Cosine between the viewer and the tangent plane.
+    lowest: F<S>,
+}
+
 /// GTAO of one frame.
 pub(crate) struct Gtao<'a> {
     screen: &'a Screen<'a>,
@@ -71,28 +79,24 @@ impl<'a> Gtao<'a> {
     /// Cosine between the viewer and the highest occluder on both sides, the tangent plane at least.
     #[inline(always)]
     fn highest<S: Simd>(&self, p: &Pixels<S>, slice: &Slice<S>, jitter: F<S>) -> [F<S>; 2] {
-        let lowest = [-slice.sin_n, slice.sin_n];
-        let [mut right, mut left] = lowest;
+        let sides = [Side { sign: 1.0, lowest: -slice.sin_n }, Side { sign: -1.0, lowest: slice.sin_n }];
+        let [mut right, mut left] = sides.each_ref().map(|side| side.lowest);
         let reach = p.radius_px * self.params.radius_scale;
         for k in 0..self.params.steps {
             let share =
                 taper((jitter + k as f32) * (1.0 / self.params.steps as f32), self.params.distribution);
             let pixels = (share * reach).max(1.0 + k as f32);
-            right = right.max(self.occluder(p, slice, (pixels, 1.0), lowest[0]));
-            left = left.max(self.occluder(p, slice, (pixels, -1.0), lowest[1]));
+            right = right.max(self.occluder(p, slice, pixels, &sides[0]));
+            left = left.max(self.occluder(p, slice, pixels, &sides[1]));
         }
         [right, left]
     }
 
-    /// Cosine between the viewer and what is so many pixels away on one side; as far as it is too far away, `lowest`.
+    /// Cosine between the viewer and the surface so many pixels away on one side. A surface that is too far away fades to the
+    /// side's lowest horizon.
     #[inline(always)]
-    fn occluder<S: Simd>(
-        &self,
-        p: &Pixels<S>,
-        slice: &Slice<S>,
-        (pixels, sign): (F<S>, f32),
-        lowest: F<S>,
-    ) -> F<S> {
+    fn occluder<S: Simd>(&self, p: &Pixels<S>, slice: &Slice<S>, pixels: F<S>, side: &Side<S>) -> F<S> {
+        let Side { sign, lowest } = *side;
         let tap = self.pyramid.tap(self.screen, slice.place(p, pixels * sign), pixels);
         let at = slice.project(p, &tap);
         let felt = if self.params.thin_occluder == 0.0 {

@@ -4,38 +4,40 @@
 //! those of its source; [`Classic`] names them and sets them by name. A [`Session`] runs one at one size, with threads
 //! and without allocating.
 
-pub mod agtao;
+pub(crate) mod agtao;
 mod cubic;
 mod denoise;
 pub mod gpu;
-pub mod gtao;
-pub mod hbao;
+pub(crate) mod gtao;
+pub(crate) mod hbao;
 mod hemisphere;
-pub mod nnao;
-pub mod nnao_weights;
+pub(crate) mod nnao;
+pub(crate) mod nnao_weights;
 mod noise;
-pub mod params;
+pub(crate) mod params;
 mod presets;
 mod pyramid;
 mod screen;
 mod session;
 mod slice;
-pub mod ssao;
-pub mod ssdo;
+pub(crate) mod ssao;
+pub(crate) mod ssdo;
 mod stride;
 #[cfg(test)]
 mod tests;
-pub mod vbao;
+pub(crate) mod vbao;
 
 use crate::error::{Error, Result};
 use crate::frame::ao_image::{AoImage, AoParams};
 use crate::frame::gbuffer::GBuffer;
 use crate::simd::lanes::F;
 use crate::simd::{Isa, Kernel, Simd};
-pub(crate) use denoise::Denoise;
+use crate::threads::Band;
+pub(crate) use denoise::{Denoise, Filter};
 pub(crate) use noise::noise_of;
 use params::Knobs;
-use screen::{Pixels, Screen};
+use screen::Pixels;
+pub(crate) use screen::Screen;
 use serde::{Deserialize, Serialize};
 
 pub use agtao::AgtaoParams;
@@ -47,8 +49,8 @@ pub use ssao::SsaoParams;
 pub use ssdo::SsdoParams;
 pub use vbao::VbaoParams;
 
-/// Weights of NNAO that come with the crate, as bytes for [`NnaoWeights::from_bytes`].
-pub const NNAO_WEIGHTS: &[u8] = include_bytes!("../../models/nnao.safetensors");
+/// Weights of NNAO that come with the crate, as bytes for [`nnao_weights::NnaoWeights::from_bytes`].
+const NNAO_WEIGHTS: &[u8] = include_bytes!("../../models/nnao.safetensors");
 
 /// A method and its parameters. As JSON: `{"gtao": {"slices": 3, ...}}`.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -230,39 +232,23 @@ pub struct KnobValue {
     pub value: f32,
 }
 
-/// Writes consecutive rows of attenuated GTAO, from row `first` on, before the filter. The background is 1. Allocates nothing.
-pub(crate) fn agtao_rows(
-    isa: Isa,
-    of: AgtaoParams,
-    (gbuffer, params): (&GBuffer, AoParams),
-    (first, rows): (usize, &mut [f32]),
-) {
-    let screen = Screen::new(gbuffer, params);
-    let method = &agtao::Agtao::new(&screen, of);
-    isa.run_on_pixels(Rows { screen: &screen, method, first, rows: &mut *rows });
-    open_background(gbuffer, (first, rows));
+/// Writes a band of attenuated GTAO before the filter. The background is 1. Allocates nothing.
+pub(crate) fn agtao_band(isa: Isa, params: AgtaoParams, screen: &Screen<'_>, band: Band<'_>) {
+    let method = &agtao::Agtao::new(screen, params);
+    isa.run_on_pixels(Rows { screen, method, first: band.first, rows: &mut *band.values });
+    open_background(screen.gbuffer(), band);
 }
 
-/// Writes consecutive rows, from row `first` on, of one pass of a filter over HxW `visibility`. The background is 1. Allocates
-/// nothing.
-pub(crate) fn filter_rows(
-    isa: Isa,
-    by: Denoise,
-    (gbuffer, params): (&GBuffer, AoParams),
-    visibility: &[f32],
-    (first, rows): (usize, &mut [f32]),
-) {
-    let screen = Screen::new(gbuffer, params);
-    for (i, line) in rows.chunks_exact_mut(gbuffer.width()).enumerate() {
-        denoise::row(&screen, by, visibility, (first + i, line), isa);
-    }
-    open_background(gbuffer, (first, rows));
+/// Writes a band of one pass of a filter. The background is 1. Allocates nothing.
+pub(crate) fn filter_band(isa: Isa, filter: &Filter<'_>, band: Band<'_>) {
+    filter.run(isa, band.first, band.values);
+    open_background(filter.screen.gbuffer(), band);
 }
 
-/// Sets consecutive rows, from row `first` on, to 1 on the background.
-fn open_background(gbuffer: &GBuffer, (first, rows): (usize, &mut [f32])) {
-    let depth = &gbuffer.depth()[first * gbuffer.width()..];
-    rows.iter_mut().zip(depth).filter(|(_, d)| **d == f32::INFINITY).for_each(|(v, _)| *v = 1.0);
+/// Sets a band to 1 on the background.
+fn open_background(gbuffer: &GBuffer, band: Band<'_>) {
+    let depth = &gbuffer.depth()[band.first * gbuffer.width()..];
+    band.values.iter_mut().zip(depth).filter(|(_, d)| **d == f32::INFINITY).for_each(|(v, _)| *v = 1.0);
 }
 
 /// What a method does for neighbouring pixels. All it calls must be `#[inline(always)]`.

@@ -5,7 +5,7 @@
 
 use super::PixelMethod;
 use super::gtao::power;
-use super::nnao_weights::{HIDDEN, INPUTS, NnaoWeights, Unit};
+use super::nnao_weights::{HIDDEN, INPUTS, NnaoWeights, Standard, Unit};
 use super::noise::{TILE, noise_row};
 use super::params::filtered_params;
 use super::screen::{Pixels, Screen};
@@ -30,11 +30,23 @@ const ROTATIONS: usize = 64;
 /// Longest vectors in a row of the noise's tile.
 const BLOCKS: usize = TILE / MAX_LANES;
 
-/// Place of tap `i` of the spiral in the unit disk, y up.
-pub(crate) fn spiral(params: &NnaoParams, i: u32, rotation: f32) -> [f32; 2] {
-    let share = (i as f32 + 0.5) / params.samples as f32;
-    let (sin, cos) = (TAU * (rotation + share * params.turns)).sin_cos();
-    [share * cos, share * sin]
+/// The taps of a pixel.
+#[derive(Debug, Clone, Copy)]
+pub struct Spiral<'a> {
+    /// Number of taps and turns of the spiral.
+    pub params: &'a NnaoParams,
+    /// Rotation of the whole spiral (turns).
+    pub rotation: f32,
+}
+
+impl Spiral<'_> {
+    /// Place of tap `i` in the unit disk, y up.
+    pub(crate) fn place(&self, i: u32) -> [f32; 2] {
+        let Self { params, rotation } = *self;
+        let share = (i as f32 + 0.5) / params.samples as f32;
+        let (sin, cos) = (TAU * (rotation + share * params.turns)).sin_cos();
+        [share * cos, share * sin]
+    }
 }
 
 /// A tap of as many neighbouring pixels as the longest vector has lanes: its place by axis, and its filter by weight.
@@ -48,7 +60,7 @@ impl Taps {
     /// All taps of such pixels, then those of their neighbours, through the rows of the noise's tile.
     pub(crate) fn all(params: &NnaoParams, weights: &NnaoWeights) -> Vec<Self> {
         let tap = |r: usize, i: u32| {
-            let place = spiral(params, i, r as f32 / ROTATIONS as f32);
+            let place = Spiral { params, rotation: r as f32 / ROTATIONS as f32 }.place(i);
             (place, weights.filter_at(place))
         };
         let samples = params.samples as usize;
@@ -99,7 +111,7 @@ impl PixelMethod for Nnao<'_> {
         let block = y % TILE * BLOCKS + x / MAX_LANES % BLOCKS;
         let lane = x % MAX_LANES;
         let samples = self.params.samples as usize;
-        let (mean, scale) = self.weights.standard();
+        let Standard { mean, scale } = self.weights.standard();
         let inverse_radius = 1.0 / self.screen.radius;
         let mut hidden = [F::new(simd, 0.0); HIDDEN];
         for (sum, bias) in hidden.iter_mut().zip(self.weights.hidden_bias()) {
@@ -174,7 +186,8 @@ mod tests {
                 let turns = noise_at(Portable::<4>, x, y)[0].array();
                 for i in (0..4).filter(|i| frame.is_foreground(y * size.0 + x + i)) {
                     let rotation = (turns[i] * ROTATIONS as f32).floor() / ROTATIONS as f32;
-                    let seen = taps(&frame, (&params, ao), (x + i, y), rotation);
+                    let spiral = Spiral { params: &params, rotation };
+                    let seen = taps(&frame, ao, spiral, [x + i, y]);
                     let expected = (1.0 - weights.occlusion(&seen)).clamp(0.0, 1.0);
                     assert!((found[i] - expected).abs() < 1e-3, "({}, {y}): {} {expected}", x + i, found[i]);
                     compared += 1;

@@ -1,6 +1,6 @@
 //! The weights of NNAO, their file, and the network for one pixel, for whoever trains it.
 
-use super::nnao::{NnaoParams, spiral};
+use super::nnao::Spiral;
 use crate::error::{Error, Result};
 use crate::frame::ao_image::AoParams;
 use crate::frame::gbuffer::GBuffer;
@@ -32,8 +32,16 @@ pub struct NnaoWeights {
     /// [`COUNT`] values: the filter (row from the top, column, input, hidden unit), then bias, slopes, dense layer,
     /// bias, slopes, output, bias.
     values: Vec<f32>,
-    /// Mean of every input, and one over its standard deviation.
-    standard: ([f32; INPUTS], [f32; INPUTS]),
+    standard: Standard,
+}
+
+/// How inputs are standardised.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Standard {
+    /// Mean of every input.
+    pub(crate) mean: [f32; INPUTS],
+    /// One over its standard deviation.
+    pub(crate) scale: [f32; INPUTS],
 }
 
 /// What the network sees at one tap of one pixel.
@@ -62,7 +70,7 @@ impl NnaoWeights {
         if let Some(bad) = deviation.iter().find(|d| !(d.is_finite() && **d > 0.0)) {
             return Err(Error::weights("deviation", "finite values > 0", bad));
         }
-        Ok(Self { values, standard: (mean, deviation.map(|d| 1.0 / d)) })
+        Ok(Self { values, standard: Standard { mean, scale: deviation.map(|d| 1.0 / d) } })
     }
 
     /// Reads a safetensors file that [`NnaoWeights::to_bytes`] wrote.
@@ -95,7 +103,7 @@ impl NnaoWeights {
     /// When the file cannot be made.
     pub fn to_bytes(&self) -> Result<Vec<u8>> {
         let bytes = |values: &[f32]| values.iter().flat_map(|v| v.to_le_bytes()).collect::<Vec<u8>>();
-        let (mean, scale) = self.standard;
+        let Standard { mean, scale } = self.standard;
         let standard = bytes(&[mean, scale.map(|s| 1.0 / s)].concat());
         let values = bytes(&self.values);
         let wrong =
@@ -110,7 +118,7 @@ impl NnaoWeights {
         &self.values
     }
 
-    pub(crate) fn standard(&self) -> ([f32; INPUTS], [f32; INPUTS]) {
+    pub(crate) fn standard(&self) -> Standard {
         self.standard
     }
 
@@ -150,6 +158,11 @@ impl NnaoWeights {
 
     /// Occlusion of one pixel before clamping.
     pub fn occlusion(&self, taps: &[NnaoTap]) -> f32 {
+        self.head(self.hidden(taps))
+    }
+
+    /// Sums of the hidden units of the first layer.
+    fn hidden(&self, taps: &[NnaoTap]) -> [f32; HIDDEN] {
         let mut hidden = self.hidden_bias();
         for tap in taps {
             let (filter, inputs) = (self.filter_at(tap.place), self.standardised(tap));
@@ -157,25 +170,42 @@ impl NnaoWeights {
                 *sum += (0..INPUTS).map(|c| inputs[c] * filter[c * HIDDEN + h]).sum::<f32>();
             }
         }
-        self.head(hidden)
+        hidden
     }
 
     /// Inputs as the filter sees them.
     fn standardised(&self, tap: &NnaoTap) -> [f32; INPUTS] {
-        let (mean, scale) = self.standard;
+        let Standard { mean, scale } = self.standard;
         std::array::from_fn(|c| tap.near * (tap.inputs[c] - mean[c]) * scale[c])
     }
 
     /// Adds the gradient of `slope` times the occlusion with respect to the values to `gradient`. Returns the occlusion.
     pub fn backward(&self, taps: &[NnaoTap], slope: impl Fn(f32) -> f32, gradient: &mut [f32]) -> f32 {
-        let v = |at: usize| self.values[at];
-        let mut hidden = self.hidden_bias();
+        let hidden = self.hidden(taps);
+        let (occlusion, into_hidden) = self.backward_head(hidden, slope, gradient);
+        for h in 0..HIDDEN {
+            gradient[HIDDEN_BIAS + h] += into_hidden[h];
+        }
         for tap in taps {
-            let (filter, inputs) = (self.filter_at(tap.place), self.standardised(tap));
-            for (h, sum) in hidden.iter_mut().enumerate() {
-                *sum += (0..INPUTS).map(|c| inputs[c] * filter[c * HIDDEN + h]).sum::<f32>();
+            let inputs = self.standardised(tap);
+            for (cell, share) in cells(tap.place) {
+                let into = &mut gradient[cell * INPUTS * HIDDEN..][..INPUTS * HIDDEN];
+                for (k, g) in into.iter_mut().enumerate() {
+                    *g += share * inputs[k / HIDDEN] * into_hidden[k % HIDDEN];
+                }
             }
         }
+        occlusion
+    }
+
+    /// The same for all layers after the first one's sums. Returns the occlusion, and its gradient with respect to the sums.
+    fn backward_head(
+        &self,
+        hidden: [f32; HIDDEN],
+        slope: impl Fn(f32) -> f32,
+        gradient: &mut [f32],
+    ) -> (f32, [f32; HIDDEN]) {
+        let v = |at: usize| self.values[at];
         let slopes = |at: usize, h: usize| [v(at + 2 * h), v(at + 2 * h + 1)];
         let first: [f32; HIDDEN] = std::array::from_fn(|h| hidden[h].prelu(slopes(FIRST_SLOPES, h)));
         let sums: [f32; HIDDEN] = std::array::from_fn(|o| {
@@ -199,24 +229,12 @@ impl NnaoWeights {
                 into_first[h] += sum * v(DENSE + o * HIDDEN + h);
             }
         }
-        let into_hidden: [f32; HIDDEN] = std::array::from_fn(|h| {
+        let into_hidden = std::array::from_fn(|h| {
             let side = usize::from(hidden[h] > 0.0);
             gradient[FIRST_SLOPES + 2 * h + side] += into_first[h] * hidden[h];
             into_first[h] * v(FIRST_SLOPES + 2 * h + side)
         });
-        for h in 0..HIDDEN {
-            gradient[HIDDEN_BIAS + h] += into_hidden[h];
-        }
-        for tap in taps {
-            let inputs = self.standardised(tap);
-            for (cell, share) in cells(tap.place) {
-                let into = &mut gradient[cell * INPUTS * HIDDEN..][..INPUTS * HIDDEN];
-                for (k, g) in into.iter_mut().enumerate() {
-                    *g += share * inputs[k / HIDDEN] * into_hidden[k % HIDDEN];
-                }
-            }
-        }
-        occlusion
+        (occlusion, into_hidden)
     }
 
     /// Values to start training from: small filters, slopes of 0.2 and 1, an output near a bright image.
@@ -263,13 +281,8 @@ fn cells([x, y]: [f32; 2]) -> [(usize, f32); 4] {
     ]
 }
 
-/// What the network sees of pixel (`x`, `y`) of a frame; `rotation` is in turns. Taps outside the frame are left out.
-pub fn taps(
-    gbuffer: &GBuffer,
-    (params, ao): (&NnaoParams, AoParams),
-    (x, y): (usize, usize),
-    rotation: f32,
-) -> Vec<NnaoTap> {
+/// What the network sees of a pixel (x, y) of a frame. Taps outside the frame are left out.
+pub fn taps(gbuffer: &GBuffer, ao: AoParams, spiral: Spiral<'_>, [x, y]: [usize; 2]) -> Vec<NnaoTap> {
     let (camera, width) = (gbuffer.camera(), gbuffer.width());
     let [focal_x, focal_y] = camera.focal_px();
     let depth = |x: usize, y: usize| gbuffer.depth()[y * width + x];
@@ -277,7 +290,7 @@ pub fn taps(
     let centre = camera.position_view(x, y, depth(x, y));
     let reach = camera.projected_px(ao.radius(), depth(x, y));
     let tap = |i: u32| {
-        let place = spiral(params, i, rotation);
+        let place = spiral.place(i);
         let (sx, sy) = (
             (x as f32 + place[0] * reach * (focal_x / focal_y)).round(),
             (y as f32 - place[1] * reach).round(),
@@ -295,5 +308,5 @@ pub fn taps(
         let near = (1.0 - away.length() / ao.radius()).clamp(0.0, 1.0);
         Some(NnaoTap { place, near, inputs: [turn.x, turn.y, turn.z, away.z / ao.radius()] })
     };
-    (0..params.samples).filter_map(tap).collect()
+    (0..spiral.params.samples).filter_map(tap).collect()
 }

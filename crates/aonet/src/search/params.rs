@@ -4,25 +4,25 @@ use crate::error::{Error, Result};
 
 /// One parameter of a method `P`.
 #[derive(Debug)]
-pub struct Knob<P> {
+pub(crate) struct Knob<P> {
     /// Its name, as in the struct and in files.
-    pub name: &'static str,
+    pub(crate) name: &'static str,
     /// What it does, and its unit.
-    pub doc: &'static str,
+    pub(crate) doc: &'static str,
     /// Least value.
-    pub low: f32,
+    pub(crate) low: f32,
     /// Largest value.
-    pub high: f32,
+    pub(crate) high: f32,
     /// Whether it counts something.
-    pub whole: bool,
+    pub(crate) whole: bool,
     /// Reads it.
-    pub get: fn(&P) -> f32,
+    pub(crate) get: fn(&P) -> f32,
     /// Writes it, unchecked.
-    pub set: fn(&mut P, f32),
+    pub(crate) set: fn(&mut P, f32),
 }
 
 /// Parameters that can be listed, read and written by name.
-pub trait Knobs: Sized + Default + 'static {
+pub(crate) trait Knobs: Sized + Default + 'static {
     /// All of them.
     const KNOBS: &'static [Knob<Self>];
 

@@ -1,7 +1,7 @@
 //! A classic method ready to run on the CPU at one size.
 
 use super::agtao::{Agtao, AgtaoParams};
-use super::denoise::{self, Denoise};
+use super::denoise::{Denoise, Filter};
 use super::gtao::{Gtao, GtaoParams};
 use super::hbao::{Hbao, HbaoParams};
 use super::nnao::{Nnao, NnaoParams, Taps};
@@ -154,15 +154,13 @@ impl Memory {
     /// Runs the method for all pixels, then the filter. The result is in `found`.
     fn run(&mut self, screen: &Screen<'_>, method: &impl PixelMethod, by: Denoise) {
         let (width, isa) = (self.window.buffer_size().width(), self.isa);
-        self.workers.for_each_band_of(&mut self.found, (BAND, width), |band| {
+        self.workers.for_each_band_of(&mut self.found, BAND, width, |band| {
             isa.run_on_pixels(Rows { screen, method, first: band.first, rows: band.values });
         });
         for _ in 0..by.passes {
-            let found = &self.found;
+            let filter = Filter::new(screen, by, &self.found);
             self.workers.for_each_band(&mut self.filtered, width, |band| {
-                for (i, line) in band.values.chunks_exact_mut(width).enumerate() {
-                    denoise::row(screen, by, found, (band.first + i, line), isa);
-                }
+                filter.run(isa, band.first, band.values);
             });
             std::mem::swap(&mut self.found, &mut self.filtered);
         }

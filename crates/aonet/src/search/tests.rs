@@ -11,21 +11,17 @@ use std::f32::consts::PI;
 /// Planes n·p = d in view space; a pixel shows the nearest one in front of it.
 type Planes<'a> = &'a [(Vec3A, f32)];
 
-fn camera(projection: Projection, size: (usize, usize)) -> Camera {
-    Camera::new(projection, Size::px(size.0, size.1)).unwrap()
-}
-
 const PERSPECTIVE: Projection = Projection::Perspective { fov_y: 1.2 };
 const PARALLEL: Projection = Projection::Orthographic { height: 6.0 };
 
 /// A frame of planes, cast through pixel centres.
-fn frame(projection: Projection, size: (usize, usize), planes: Planes<'_>) -> GBuffer<'static> {
-    let camera = camera(projection, size);
+fn frame(projection: Projection, size: Size, planes: Planes<'_>) -> GBuffer<'static> {
+    let camera = Camera::new(projection, size).unwrap();
     let (mut depth, mut normal) = (Vec::new(), Vec::new());
-    for i in 0..size.0 * size.1 {
+    for i in 0..size.pixels() {
         let (a, b) = (
-            camera.position_view(i % size.0, i / size.0, 1.0),
-            camera.position_view(i % size.0, i / size.0, 2.0),
+            camera.position_view(i % size.width(), i / size.width(), 1.0),
+            camera.position_view(i % size.width(), i / size.width(), 2.0),
         );
         // Positions go with depth as a straight line.
         let hit = planes.iter().filter_map(|(n, d)| {
@@ -81,7 +77,7 @@ fn a_plane_is_open_whichever_way_it_faces() {
     for projection in [PERSPECTIVE, PARALLEL] {
         for normal in [Vec3A::Z, Vec3A::new(0.6, 0.0, 0.8), Vec3A::new(-0.48, 0.6, 0.64)] {
             // Steps of the depth buffer stay below SSAO's bias.
-            let frame = frame(projection, (240, 135), &[(normal, -3.0)]);
+            let frame = frame(projection, Size::px(240, 135), &[(normal, -3.0)]);
             for method in Classic::all() {
                 let image = method.run(&frame, AoParams::new(1.0).unwrap()).unwrap();
                 let pixels = image.visibility();
@@ -108,7 +104,7 @@ fn beside_a_wall(c: f32) -> f32 {
 
 #[test]
 fn a_floor_beside_a_wall_has_the_closed_form() {
-    let frame = frame(PERSPECTIVE, (480, 270), &floor_and_wall());
+    let frame = frame(PERSPECTIVE, Size::px(480, 270), &floor_and_wall());
     for name in ["gtao", "vbao", "agtao"] {
         let image = exact(name).run(&frame, AoParams::new(1.5).unwrap()).unwrap();
         let mut checked = 0;
@@ -131,7 +127,7 @@ fn a_floor_beside_a_wall_has_the_closed_form() {
 #[test]
 fn a_corner_of_three_walls_darkens_towards_it() {
     let planes = [(Vec3A::Y, -1.0), (Vec3A::Z, -4.0), (Vec3A::X, -1.0)];
-    let frame = frame(PERSPECTIVE, (320, 180), &planes);
+    let frame = frame(PERSPECTIVE, Size::px(320, 180), &planes);
     for method in Classic::all() {
         let image = exact(method.name()).run(&frame, AoParams::new(1.0).unwrap()).unwrap();
         let place = |p: Vec3| {
@@ -153,11 +149,11 @@ fn hill(x: f32, y: f32) -> f32 {
 }
 
 /// A height z(x, y), seen from above at distance 5.
-fn height_field(size: (usize, usize), height: fn(f32, f32) -> f32) -> GBuffer<'static> {
-    let camera = camera(PARALLEL, size);
-    let place = |i: usize| camera.position_view(i % size.0, i / size.0, 1.0);
-    let depth = (0..size.0 * size.1).map(|i| 5.0 - height(place(i).x, place(i).y)).collect::<Vec<_>>();
-    let normal = (0..size.0 * size.1).map(|i| {
+fn height_field(size: Size, height: fn(f32, f32) -> f32) -> GBuffer<'static> {
+    let camera = Camera::new(PARALLEL, size).unwrap();
+    let place = |i: usize| camera.position_view(i % size.width(), i / size.width(), 1.0);
+    let depth = (0..size.pixels()).map(|i| 5.0 - height(place(i).x, place(i).y)).collect::<Vec<_>>();
+    let normal = (0..size.pixels()).map(|i| {
         let (p, e) = (place(i), 1e-2);
         let slope = |dx: f32, dy: f32| (height(p.x + dx, p.y + dy) - height(p.x - dx, p.y - dy)) / (2.0 * e);
         Vec3A::new(-slope(e, 0.0), -slope(0.0, e), 1.0).normalize().to_array()
@@ -183,7 +179,7 @@ fn marched(frame: &GBuffer, i: usize, radius: f32) -> f32 {
 
 #[test]
 fn horizons_converge_to_rays_where_nothing_is_hidden() {
-    let frame = height_field((120, 68), hill);
+    let frame = height_field(Size::px(120, 68), hill);
     let params = AoParams::new(1.2).unwrap();
     let truth: Vec<f32> = (0..120 * 68).map(|i| marched(&frame, i, params.radius())).collect();
     let truth = AoImage::new(Size::px(120, 68), truth).unwrap();
@@ -207,7 +203,7 @@ fn the_bottom_of_a_cavity_has_the_closed_form() {
     const RIM: (f32, f32) = (1.5, 1.0);
     let (a, h) = RIM;
     let bowl = |x: f32, y: f32| RIM.1 * ((x * x + y * y) / (RIM.0 * RIM.0)).min(1.0);
-    let frame = height_field((161, 161), bowl);
+    let frame = height_field(Size::px(161, 161), bowl);
     for name in ["gtao", "vbao", "agtao"] {
         let image = exact(name).run(&frame, AoParams::new(2.5).unwrap()).unwrap();
         let (found, expected) = (at(&image, 80, 80), a * a / (a * a + h * h));
@@ -219,8 +215,9 @@ fn the_bottom_of_a_cavity_has_the_closed_form() {
 fn the_scale_of_the_world_changes_nothing() {
     let [planes, larger] = [1.0, 64.0].map(|k| floor_and_wall().map(|(n, d)| (n, d * k)));
     for method in Classic::all() {
-        let [a, b] = [(&planes, 1.0), (&larger, 64.0)]
-            .map(|(p, k)| method.run(&frame(PERSPECTIVE, (100, 60), p), AoParams::new(k).unwrap()).unwrap());
+        let [a, b] = [(&planes, 1.0), (&larger, 64.0)].map(|(p, k)| {
+            method.run(&frame(PERSPECTIVE, Size::px(100, 60), p), AoParams::new(k).unwrap()).unwrap()
+        });
         let worst = a.visibility().iter().zip(b.visibility()).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
         assert!(worst < 2e-3, "{}: {worst}", method.name());
     }
@@ -233,8 +230,9 @@ fn a_mirrored_frame_gives_the_mirrored_image() {
     let mirrored = slanted.map(|(n, d)| (n * Vec3A::new(-1.0, 1.0, 1.0), d));
     for method in Classic::all() {
         let method = exact(method.name());
-        let [a, b] = [slanted, mirrored]
-            .map(|p| method.run(&frame(PERSPECTIVE, (160, 90), &p), AoParams::new(1.0).unwrap()).unwrap());
+        let [a, b] = [slanted, mirrored].map(|p| {
+            method.run(&frame(PERSPECTIVE, Size::px(160, 90), &p), AoParams::new(1.0).unwrap()).unwrap()
+        });
         let flipped: Vec<f32> = (0..160 * 90).map(|i| at(&b, 159 - i % 160, i / 160)).collect();
         let score =
             metrics::compare(&a, &AoImage::new(Size::px(160, 90), flipped).unwrap(), None).unwrap().full;
@@ -249,7 +247,7 @@ fn rolled(angle: f32) -> GBuffer<'static> {
     let (sin, cos) = angle.sin_cos();
     let planes =
         floor_and_wall().map(|(n, d)| (Vec3A::new(cos * n.x - sin * n.y, sin * n.x + cos * n.y, n.z), d));
-    frame(PERSPECTIVE, (120, 120), &planes)
+    frame(PERSPECTIVE, Size::px(120, 120), &planes)
 }
 
 #[test]
@@ -282,7 +280,8 @@ fn a_rolled_camera_sees_the_rolled_image() {
 
 #[test]
 fn every_size_works_and_the_background_is_open() {
-    for size in [(1, 1), (17, 3), (33, 18), (5, 40)] {
+    for (width, height) in [(1, 1), (17, 3), (33, 18), (5, 40)] {
+        let size = Size::px(width, height);
         let frame = frame(PERSPECTIVE, size, &[(Vec3A::Y, -1.0)]);
         for method in Classic::all() {
             let image = method.run(&frame, AoParams::new(2.0).unwrap()).unwrap();
@@ -307,7 +306,7 @@ fn with_options(method: &Classic, frame: &GBuffer, params: AoParams, options: Op
 fn a_session_forgets_the_frame_before() {
     let size = Size::px(100, 60);
     let frames = [floor_and_wall(), [(Vec3A::Z, -3.0), (Vec3A::X, -1.0)]]
-        .map(|planes| frame(PERSPECTIVE, (100, 60), &planes));
+        .map(|planes| frame(PERSPECTIVE, Size::px(100, 60), &planes));
     let params = AoParams::new(1.0).unwrap();
     for method in Classic::all() {
         let mut session = Session::new(&method, size, Options::default()).unwrap();
@@ -321,7 +320,8 @@ fn a_session_forgets_the_frame_before() {
 
 #[test]
 fn a_session_refuses_what_it_was_not_made_for() {
-    let (ssao, frame) = (Classic::named("ssao").unwrap(), frame(PERSPECTIVE, (8, 4), &floor_and_wall()));
+    let (ssao, frame) =
+        (Classic::named("ssao").unwrap(), frame(PERSPECTIVE, Size::px(8, 4), &floor_and_wall()));
     let params = AoParams::new(1.0).unwrap();
     let session =
         |width, threads| Session::new(&ssao, Size::px(width, 4), Options { threads, ..Options::default() });
@@ -335,7 +335,7 @@ fn a_session_refuses_what_it_was_not_made_for() {
 
 #[test]
 fn the_number_of_threads_changes_nothing() {
-    let frame = frame(PERSPECTIVE, (100, 60), &floor_and_wall());
+    let frame = frame(PERSPECTIVE, Size::px(100, 60), &floor_and_wall());
     for method in Classic::all() {
         let [one, two] = [1, 2].map(|threads| {
             let options = Options { threads, ..Options::default() };
@@ -347,7 +347,8 @@ fn the_number_of_threads_changes_nothing() {
 
 #[test]
 fn every_level_gives_nearly_the_same() {
-    let (frame, params) = (frame(PERSPECTIVE, (200, 90), &floor_and_wall()), AoParams::new(1.0).unwrap());
+    let (frame, params) =
+        (frame(PERSPECTIVE, Size::px(200, 90), &floor_and_wall()), AoParams::new(1.0).unwrap());
     for method in Classic::all() {
         let run = |level| with_options(&method, &frame, params, Options { threads: 1, level });
         let portable = run(Level::Portable);
@@ -364,7 +365,7 @@ fn every_level_gives_nearly_the_same() {
 
 #[test]
 fn bad_parameters_are_refused_by_name() {
-    let frame = frame(PERSPECTIVE, (4, 4), &floor_and_wall());
+    let frame = frame(PERSPECTIVE, Size::px(4, 4), &floor_and_wall());
     let params = AoParams::new(1.0).unwrap();
     let message = |method: Classic, params| method.run(&frame, params).unwrap_err().to_string();
     let none = GtaoParams { slices: 0, ..GtaoParams::default() };

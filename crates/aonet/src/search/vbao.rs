@@ -65,7 +65,7 @@ impl<'a> Vbao<'a> {
                 taper((jitter + k as f32) * (1.0 / self.params.steps as f32), self.params.distribution);
             let pixels = (share * reach).max(1.0 + k as f32);
             for sign in [1.0, -1.0] {
-                occluded = occluded | self.behind_tap(p, (slice, &bounds), (pixels, sign));
+                occluded = occluded | self.behind_tap(p, &bounds, pixels, sign);
             }
         }
         occluded
@@ -73,12 +73,8 @@ impl<'a> Vbao<'a> {
 
     /// The sectors that a tap so many pixels away on one side occludes.
     #[inline(always)]
-    fn behind_tap<S: Simd>(
-        &self,
-        p: &Pixels<S>,
-        (slice, bounds): (&Slice<S>, &Bounds<S>),
-        (pixels, sign): (F<S>, f32),
-    ) -> U<S> {
+    fn behind_tap<S: Simd>(&self, p: &Pixels<S>, bounds: &Bounds<'_, S>, pixels: F<S>, sign: f32) -> U<S> {
+        let slice = bounds.slice;
         let radius = self.screen.radius * self.params.radius_scale;
         let thickness = self.screen.radius * self.params.thickness;
         let tap = self.screen.tap(slice.place(p, pixels * sign));
@@ -91,29 +87,33 @@ impl<'a> Vbao<'a> {
         let felt = tap.inside & front.squared.le(radius * radius);
         let (low, high) = if sign > 0.0 { (near, far) } else { (far, near) };
         let cosine = self.params.cosine == 1;
-        let low = (bounds.share(slice, low, cosine) * SECTORS).round();
-        let high = (bounds.share(slice, high, cosine) * SECTORS).round();
+        let low = (bounds.share(low, cosine) * SECTORS).round();
+        let high = (bounds.share(high, cosine) * SECTORS).round();
         felt.select(sectors(low, high).float_of_bits(), 0.0).bits()
     }
 }
 
-/// The light below the hemisphere's ends.
-struct Bounds<S: Simd> {
+/// A slice and the light between the ends of its hemisphere.
+struct Bounds<'a, S: Simd> {
+    slice: &'a Slice<S>,
+    /// Light below the lower end.
     low: F<S>,
+    /// One over the light between the ends.
     inverse: F<S>,
 }
 
-impl<S: Simd> Bounds<S> {
+impl<'a, S: Simd> Bounds<'a, S> {
     #[inline(always)]
-    fn new(slice: &Slice<S>) -> Self {
+    fn new(slice: &'a Slice<S>) -> Self {
         let low = signed_arc(slice, slice.n - FRAC_PI_2);
         let high = signed_arc(slice, slice.n + FRAC_PI_2);
-        Self { low, inverse: 1.0 / (high - low).max(1e-6) }
+        Self { slice, low, inverse: 1.0 / (high - low).max(1e-6) }
     }
 
     /// Share of the slice on the negative side of an angle from the viewer.
     #[inline(always)]
-    fn share(&self, slice: &Slice<S>, angle: F<S>, cosine: bool) -> F<S> {
+    fn share(&self, angle: F<S>, cosine: bool) -> F<S> {
+        let slice = self.slice;
         if cosine {
             let angle = angle.max(slice.n - FRAC_PI_2).min(slice.n + FRAC_PI_2);
             ((signed_arc(slice, angle) - self.low) * self.inverse).saturate()

@@ -1,7 +1,8 @@
 //! Vector instructions: one source for every instruction set, chosen at run time.
 //!
-//! [`Simd`] is the one trait: a token of an instruction set, its vectors and their operations. [`lanes::F`],
-//! [`integers::U`] and [`lanes::Mask`] wrap its vectors with operators, for code that reads like a shader.
+//! A session chooses its instructions by a [`Level`]. Inside of the crate, the trait `Simd` is a token of an instruction set with its
+//! vectors and operations. `lanes::F`, `integers::U` and `lanes::Mask` wrap its vectors with operators, for code that reads
+//! like a shader.
 
 pub(crate) mod aligned;
 #[cfg(target_arch = "x86_64")]
@@ -10,8 +11,8 @@ mod avx2;
 pub(crate) mod avx512;
 pub(crate) mod integers;
 pub(crate) mod lanes;
-mod level;
-mod operations;
+pub(crate) mod level;
+pub(crate) mod operations;
 #[cfg(target_arch = "x86_64")]
 mod pair;
 mod portable;
@@ -19,6 +20,7 @@ pub(crate) mod vector;
 #[cfg(target_arch = "x86_64")]
 mod x86;
 
-pub use level::{Isa, Level};
-pub use operations::{Kernel, MAX_LANES, Simd};
+pub(crate) use level::Isa;
+pub use level::Level;
+pub(crate) use operations::{Kernel, MAX_LANES, Simd};
 pub(crate) use portable::Portable;

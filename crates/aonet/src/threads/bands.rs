@@ -27,6 +27,13 @@ pub(crate) struct Band<'a> {
     pub(crate) scratch: &'a mut [f32],
 }
 
+impl<'a> Band<'a> {
+    /// All rows of an image, without scratch memory.
+    pub(crate) fn whole(values: &'a mut [f32]) -> Self {
+        Self { first: 0, values, scratch: &mut [] }
+    }
+}
+
 impl Workers {
     /// `threads` threads with `scratch_len` values each.
     ///
@@ -58,14 +65,15 @@ impl Workers {
     ) {
         let rows = image.len().div_ceil(row_len);
         let rows = rows.div_ceil(self.threads() * BANDS_PER_THREAD);
-        self.for_each_band_of(image, (rows, row_len), work);
+        self.for_each_band_of(image, rows, row_len, work);
     }
 
     /// The same with `rows` rows in every band but the last.
     pub(crate) fn for_each_band_of(
         &mut self,
         image: &mut [f32],
-        (rows, row_len): (usize, usize),
+        rows: usize,
+        row_len: usize,
         work: impl Fn(Band<'_>) + Sync,
     ) {
         let bands = Mutex::new(image.chunks_mut(rows * row_len).enumerate());

@@ -2,10 +2,10 @@
 //! `AONET_REQUIRE_GPU=1` it fails.
 #![allow(dead_code, reason = "each test program uses some of it")]
 
-use aonet::gpu::bind::extent;
 use aonet::gpu::{
     DepthEncoding, Device, Frame, Kernels, NormalEncoding, NormalSpace, Options, Precision, wgpu,
 };
+use aonet::internals::gpu::bind::extent;
 use aonet::{AoImage, AoParams, GBuffer, Size};
 
 /// A device, or none, said so.

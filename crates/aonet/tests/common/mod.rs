@@ -1,11 +1,12 @@
 //! Frames, models and comparisons for the tests of the runtimes.
 #![allow(dead_code, reason = "each test program uses some of it")]
 
-use aonet::net::features::search_visibility;
-use aonet::net::naive::{self, Planes};
+use aonet::internals::features::search_visibility;
+use aonet::internals::graph::Graph;
+use aonet::internals::naive::{self, Planes};
+use aonet::internals::weights::Weights;
 use aonet::net::{
-    Arch, Channel, Features, Graph, KernelWeights, Model, ModelConfig, Output, SearchConfig, TrainingFacts,
-    Weights,
+    Arch, Channel, Features, KernelWeights, Model, ModelConfig, Output, SearchConfig, TrainingFacts,
 };
 use aonet::{AoImage, AoParams, Camera, GBuffer, Projection, Size};
 
@@ -127,7 +128,7 @@ pub(crate) fn oracle(model: &Model, gbuffer: &GBuffer, params: AoParams) -> AoIm
         width: gbuffer.width(),
         values: search_visibility(&search, gbuffer, params).unwrap(),
     });
-    naive::run_with_search(model, (gbuffer, params), found.as_ref()).unwrap()
+    naive::run_with_search(model, gbuffer, params, found.as_ref()).unwrap()
 }
 
 pub(crate) fn params() -> AoParams {

@@ -2,7 +2,7 @@
 
 use crate::{output, setup};
 use anyhow::Result;
-use aonet::net::model::WeightFormat;
+use aonet::net::WeightFormat;
 use aonet_lab::calibrate;
 use aonet_lab::dataset::Manifest;
 use aonet_scene::atomic_file;

@@ -303,7 +303,7 @@ fn finite_psnr(psnr: f64) -> f64 {
 mod tests {
     use super::*;
     use crate::dataset::{Counts, tiny};
-    use aonet::net::naive;
+    use aonet::internals::naive;
     use aonet::{Camera, Projection, Size};
     use aonet_scene::staging::SceneSplit;
     use std::path::Path;

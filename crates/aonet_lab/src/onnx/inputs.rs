@@ -2,7 +2,8 @@
 
 use super::{Extent, INPUT, SEARCH, own_channels};
 use crate::network_inputs::network_inputs;
-use aonet::net::{Model, naive::Planes};
+use aonet::internals::naive::Planes;
+use aonet::net::Model;
 use aonet::{AoParams, GBuffer};
 use aonet_scene::error::{Error, Result};
 

@@ -3,9 +3,10 @@
 use super::nodes::{self, Conv, Crop, END, concat, crop, padded_normal, pixel_shuffle};
 use super::writer::{Attribute, Writer};
 #[cfg(doc)]
-use aonet::net::Op;
-use aonet::net::kernel::{GUIDE_CHANNELS, TAPS, WINDOW};
-use aonet::net::{KernelWeights, Tensor};
+use aonet::internals::graph::Op;
+use aonet::internals::kernel::{GUIDE_CHANNELS, TAPS, WINDOW};
+use aonet::internals::weights::Tensor;
+use aonet::net::KernelWeights;
 
 /// A head that predicts kernels.
 #[derive(Debug, Clone, Copy)]

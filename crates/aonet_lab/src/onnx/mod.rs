@@ -1,6 +1,6 @@
 //! Networks as ONNX files, for other runtimes.
 //!
-//! A file takes `features` 1xCxHxW: the channels that [`write_features`](aonet::net::features::write_features) writes, without
+//! A file takes `features` 1xCxHxW: the channels that [`write_features`](aonet::internals::features::write_features) writes, without
 //! the search's. A network with a search also takes `search` 1x1xHxW: the visibility that the method finds whose parameters
 //! are in the configuration. The output is `visibility` 1x1xHxW in [0, 1]. It knows nothing of the background: there the caller puts 1, as
 //! [`cpu::Session`](aonet::net::cpu::Session) does.
@@ -50,7 +50,7 @@ pub enum Form {
 /// Which frames a file takes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Extent {
-    /// Any whose width and height are multiples of [`Graph::alignment`](aonet::net::Graph::alignment); the caller pads
+    /// Any whose width and height are multiples of [`Graph::alignment`](aonet::internals::graph::Graph::alignment); the caller pads
     /// by repeating the edge.
     Dynamic,
     /// This size, whatever the alignment: the file pads by repeating the edge, as a session does, and crops.

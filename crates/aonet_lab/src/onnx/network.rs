@@ -7,7 +7,8 @@ use super::nodes::{
 };
 use super::tuned;
 use super::writer::Writer;
-use aonet::net::{Activation, KernelWeights, Model, Op, ValueId};
+use aonet::internals::graph::{Activation, Op, ValueId};
+use aonet::net::{KernelWeights, Model};
 
 /// Names of the values that a network reads.
 #[derive(Debug, Clone, Copy)]

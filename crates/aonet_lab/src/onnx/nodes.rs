@@ -1,11 +1,12 @@
 //! Operations of a network as ONNX nodes.
 
 use super::writer::{Attribute, Writer};
+use aonet::internals::graph::Activation;
+use aonet::internals::graph::LEAKY_SLOPE;
 #[cfg(doc)]
-use aonet::net::Op;
-use aonet::net::graph::LEAKY_SLOPE;
-use aonet::net::kernel::{FIRST_TAP, GUIDE_CHANNELS, WINDOW};
-use aonet::net::{Activation, Tensor};
+use aonet::internals::graph::Op;
+use aonet::internals::kernel::{FIRST_TAP, GUIDE_CHANNELS, WINDOW};
+use aonet::internals::weights::Tensor;
 use std::ops::Range;
 
 /// Position in a slice that stands for the end.

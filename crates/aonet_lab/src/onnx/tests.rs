@@ -1,5 +1,7 @@
 use super::*;
-use aonet::net::{Graph, KernelWeights, ModelConfig, TrainingFacts, Weights, shipped};
+use aonet::internals::graph::Graph;
+use aonet::internals::weights::Weights;
+use aonet::net::{KernelWeights, ModelConfig, TrainingFacts, shipped};
 use std::collections::BTreeMap;
 
 fn decoded(config: ModelConfig, form: Form, extent: Extent) -> proto::Model {

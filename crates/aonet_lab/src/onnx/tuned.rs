@@ -15,8 +15,8 @@
 use super::kernels::Head;
 use super::nodes::{self, Crop};
 use super::writer::{Attribute, Writer};
-use aonet::net::Tensor;
-use aonet::net::kernel::{GUIDE_CHANNELS, TAPS, WINDOW};
+use aonet::internals::kernel::{GUIDE_CHANNELS, TAPS, WINDOW};
+use aonet::internals::weights::Tensor;
 
 /// Applies the linear kernels of a head without computing them: see the module. `features` is DxHxW, `guide` has full
 /// resolution.

@@ -1,7 +1,7 @@
 //! ONNX nodes one after the other; a node's name is also the name of what it produces.
 
 use super::proto;
-use aonet::net::Tensor;
+use aonet::internals::weights::Tensor;
 use std::collections::BTreeSet;
 
 /// The nodes and constants of a graph that grows.

@@ -3,8 +3,9 @@
 use super::measure::{Measured, Measurements};
 use crate::dataset::{Counts, Manifest, tiny};
 use crate::eval::Row;
-use aonet::net::model::WeightFormat;
-use aonet::net::{Graph, Model, ModelConfig, TrainingFacts, Weights};
+use aonet::internals::graph::Graph;
+use aonet::internals::weights::Weights;
+use aonet::net::{Model, ModelConfig, TrainingFacts, WeightFormat};
 use aonet::{Camera, GBuffer, Projection, Size};
 use aonet_scene::staging::SceneSplit;
 use std::path::Path;

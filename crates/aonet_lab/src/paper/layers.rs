@@ -2,9 +2,10 @@
 
 use crate::timing;
 use aonet::Size;
+use aonet::internals::graph::{Graph, Node, Op};
+use aonet::internals::plan::{ConvStep, HeadStep, Plan, Step};
+use aonet::net::Model;
 use aonet::net::cpu::Options;
-use aonet::net::plan::{ConvStep, HeadStep, Plan, Step};
-use aonet::net::{Graph, Model, Node, Op};
 use aonet_scene::Result;
 use std::cmp::Reverse;
 use std::collections::BTreeMap;
@@ -89,7 +90,8 @@ fn conv(graph: &Graph, of: &str) -> (usize, f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use aonet::net::{KernelWeights, ModelConfig, TrainingFacts, Weights};
+    use aonet::internals::weights::Weights;
+    use aonet::net::{KernelWeights, ModelConfig, TrainingFacts};
 
     #[test]
     fn levels_come_in_order_and_add_up_to_the_network() {

@@ -13,10 +13,9 @@ pub use memory::{peak_mib, reset_peak};
 pub use ops::{OpCost, OpTime, time_ops};
 pub use peaks::Peaks;
 
-use aonet::net::Model;
+use aonet::internals::plan::Step;
 use aonet::net::cpu::{Options, Precision, Session};
-use aonet::net::model::Ranges;
-use aonet::net::plan::Step;
+use aonet::net::{Model, Ranges};
 use aonet::search::{self, Classic};
 use aonet::{AoImage, AoParams, Camera, GBuffer, Size};
 use aonet_scene::Result;
@@ -176,7 +175,9 @@ pub fn device() -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use aonet::net::{Graph, ModelConfig, TrainingFacts, Weights};
+    use aonet::internals::graph::Graph;
+    use aonet::internals::weights::Weights;
+    use aonet::net::{ModelConfig, TrainingFacts};
 
     pub(super) fn model(config: ModelConfig) -> Model {
         let weights = Weights::init(&Graph::new(&config).unwrap(), 1);

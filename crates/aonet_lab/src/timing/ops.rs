@@ -3,9 +3,9 @@
 use super::searches::{FILTER_FLOP, search_cost};
 use super::time_steps;
 use aonet::Size;
+use aonet::internals::kernel::TAPS;
+use aonet::internals::plan::{Buffer, BufferId, ConvStep, HeadStep, Plan, Resample, Source, Step};
 use aonet::net::cpu::Options;
-use aonet::net::kernel::TAPS;
-use aonet::net::plan::{Buffer, BufferId, ConvStep, HeadStep, Plan, Resample, Source, Step};
 use aonet::net::{KernelWeights, Model, SearchConfig};
 use aonet_scene::Result;
 use serde::Serialize;

@@ -1,6 +1,7 @@
 //! Measured peak rates of this machine: multiplications, and copies beyond the caches.
 
-use aonet::net::cpu::{Options, multiply_add};
+use aonet::internals::multiply_add;
+use aonet::net::cpu::Options;
 use aonet_scene::Result;
 use std::hint::black_box;
 use std::sync::Barrier;

@@ -1,7 +1,8 @@
 //! A training run on disk: exact state to resume from, and models to use.
 
 use super::optimizer::{Gradients, Moments};
-use aonet::net::{Graph, Tensor, Weights};
+use aonet::internals::graph::Graph;
+use aonet::internals::weights::{Tensor, Weights};
 use aonet_scene::atomic_file;
 use aonet_scene::error::{Error, Result};
 use safetensors::tensor::{Dtype, SafeTensors, TensorView};

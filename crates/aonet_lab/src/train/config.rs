@@ -131,7 +131,7 @@ impl TrainConfig {
     /// # Errors
     /// Names the field, its valid values and its value.
     pub fn checked(self) -> Result<Self> {
-        let graph = aonet::net::Graph::new(&self.model)?;
+        let graph = aonet::internals::graph::Graph::new(&self.model)?;
         let at_least_one = |name: &str, value: u64| match value {
             0 => Err(Error::request(format!("training {name}"), "at least 1", 0)),
             _ => Ok(()),

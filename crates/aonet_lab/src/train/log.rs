@@ -2,8 +2,7 @@
 
 use super::step::Losses;
 use super::validate::Scores;
-use aonet::net::Model;
-use aonet::net::model::WeightFormat;
+use aonet::net::{Model, WeightFormat};
 use aonet_scene::atomic_file;
 use aonet_scene::error::{Error, Result};
 use serde_json::{Value, json};

@@ -29,7 +29,9 @@ pub use validate::Scores;
 
 use crate::adam::cosine_decay;
 use crate::dataset::Manifest;
-use aonet::net::{Graph, Model, TrainingFacts, Weights};
+use aonet::internals::graph::Graph;
+use aonet::internals::weights::Weights;
+use aonet::net::{Model, TrainingFacts};
 use aonet_scene::error::{Error, Result};
 use burn::tensor::Device;
 use checkpoint::State;

@@ -1,9 +1,10 @@
 //! The graph on Burn tensors: the same operations as every other backend, with gradients.
 
 use super::flex_ops;
-use aonet::net::graph::LEAKY_SLOPE;
-use aonet::net::kernel::{FIRST_TAP, GUIDE_CHANNELS, TAPS, WINDOW};
-use aonet::net::{Activation, Graph, KernelWeights, Op, Weights};
+use aonet::internals::graph::{Activation, Graph, LEAKY_SLOPE, Op};
+use aonet::internals::kernel::{FIRST_TAP, GUIDE_CHANNELS, TAPS, WINDOW};
+use aonet::internals::weights::Weights;
+use aonet::net::KernelWeights;
 use burn::tensor::activation::{leaky_relu, softmax};
 use burn::tensor::module::{avg_pool2d, conv2d};
 use burn::tensor::ops::{AvgPoolOptions, ConvOptions};
@@ -21,7 +22,7 @@ pub(crate) enum Param {
 
 /// Parameters of a graph on a device, by name; leaves of the gradient tape when `device` records one.
 pub(crate) fn upload(weights: &Weights, device: &Device) -> BTreeMap<String, Param> {
-    let of = |tensor: &aonet::net::Tensor| {
+    let of = |tensor: &aonet::internals::weights::Tensor| {
         let data = TensorData::new(tensor.values.clone(), tensor.shape.clone());
         match tensor.shape.len() {
             1 => Param::Bias(Tensor::from_data(data, device).require_grad()),

@@ -2,7 +2,7 @@
 
 use super::config::Optimizer;
 use crate::adam::Adam;
-use aonet::net::{Tensor, Weights};
+use aonet::internals::weights::{Tensor, Weights};
 use std::collections::BTreeMap;
 
 /// Gradients by parameter name, in the parameters' layout.
@@ -69,7 +69,8 @@ fn ada_delta(changes: &mut f32, square: &mut f32, g: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use aonet::net::{Graph, KernelWeights, ModelConfig};
+    use aonet::internals::graph::Graph;
+    use aonet::net::{KernelWeights, ModelConfig};
 
     fn graph() -> Graph {
         let config = ModelConfig {

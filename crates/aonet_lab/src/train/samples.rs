@@ -4,9 +4,8 @@ use super::config::{Augment, TrainConfig};
 use crate::dataset::FrameEntry;
 use crate::dataset::Manifest;
 use crate::frame::{Frame, FrameHints};
-use aonet::net::config::Channel;
-use aonet::net::features::{search_visibility, write_features};
-use aonet::net::{Features, ModelConfig, SearchConfig};
+use aonet::internals::features::{search_visibility, write_features};
+use aonet::net::{Channel, Features, ModelConfig, SearchConfig};
 use aonet::{AoImage, AoParams, GBuffer};
 use aonet_scene::error::{Error, Result};
 use aonet_scene::random::Random;
@@ -84,7 +83,7 @@ impl Sample {
         let found = search.map(|search| search_visibility(&search, gbuffer, params)).transpose()?;
         let found = found.as_deref().unwrap_or(&[]);
         let mut planes = vec![0.0; features_of.channels().len() * width * height];
-        write_features(&features_of, (gbuffer, params), found, &mut planes, (width, width * height));
+        write_features(&features_of, gbuffer, params, found, &mut planes);
         Ok(Self { width, height, features_of, features: to_half(&planes), target: to_half(ao.visibility()) })
     }
 

@@ -7,10 +7,10 @@ use super::samples::{self, Crop};
 use super::step::{Stepper, single_threaded_pools};
 use super::{Augment, LossConfig, Optimizer, TrainConfig, TrainDevice, TrainRun, net, train};
 use crate::dataset::{DatasetParams, DatasetPlan, Manifest, Preset, Work};
-use aonet::net::naive::{self, Inputs, Planes};
-use aonet::net::{
-    Arch, Features, Graph, KernelWeights, Model, ModelConfig, Output, Skips, TrainingFacts, Weights,
-};
+use aonet::internals::graph::Graph;
+use aonet::internals::naive::{self, Inputs, Planes};
+use aonet::internals::weights::Weights;
+use aonet::net::{Arch, Features, KernelWeights, Model, ModelConfig, Output, Skips, TrainingFacts};
 use aonet_scene::scene::procedural::Kind;
 use aonet_scene::staging::{SceneSpec, SceneSplit};
 use burn::tensor::{Device, Tensor, TensorData};

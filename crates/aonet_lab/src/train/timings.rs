@@ -5,7 +5,9 @@ use super::LossConfig;
 use super::loss::Loss;
 use super::samples::{self, Crop};
 use super::step::{LEAK, Stepper, single_threaded_pools};
-use aonet::net::{Graph, ModelConfig, Weights};
+use aonet::internals::graph::Graph;
+use aonet::internals::weights::Weights;
+use aonet::net::ModelConfig;
 use burn::tensor::Device;
 
 const SIDE: usize = 256;

@@ -3,8 +3,9 @@
 use super::config::TrainConfig;
 use crate::dataset::{Manifest, Split};
 use crate::eval::read;
+use aonet::internals::weights::Weights;
 use aonet::net::cpu::Session;
-use aonet::net::{Model, TrainingFacts, Weights};
+use aonet::net::{Model, TrainingFacts};
 use aonet::{AoImage, AoParams, GBuffer, metrics};
 use aonet_scene::error::{Error, Result};
 use rayon::prelude::*;

@@ -2,7 +2,8 @@
 
 use super::memory::{Context, Ring};
 use super::program;
-use aonet::gpu::{bind, cleared, cover_pipeline, wgpu};
+use aonet::gpu::wgpu;
+use aonet::internals::gpu::{bind, cleared, cover_pipeline};
 use aonet::{Error, Result, Size};
 
 /// The pass that divides open rays by rays.

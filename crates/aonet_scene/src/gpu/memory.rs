@@ -1,7 +1,8 @@
 //! Buffers on a device, checked against its limits.
 
 use aonet::Result;
-use aonet::gpu::{bind, wgpu};
+use aonet::gpu::wgpu;
+use aonet::internals::gpu::bind;
 
 /// A device and its queue.
 #[derive(Debug, Clone)]

@@ -6,7 +6,8 @@ use crate::Result;
 use crate::gbuffer::Surface;
 use crate::reference::Sampling;
 use crate::trace::Tracer;
-use aonet::gpu::{Device, scoped, wgpu};
+use aonet::gpu::{Device, wgpu};
+use aonet::internals::gpu::scoped;
 use aonet::{AoImage, AoParams, Error, Size};
 
 /// A scene on a device, for images in main memory.

@@ -1,6 +1,7 @@
 //! Shaders whose first binding holds the parameters of a dispatch.
 
-use aonet::gpu::{bind, wgpu};
+use aonet::gpu::wgpu;
+use aonet::internals::gpu::bind;
 
 /// Bytes of a dispatch's parameters that a shader can read: more than any of them has.
 const NUMBERS_BYTES: std::num::NonZeroU64 = std::num::NonZeroU64::new(128).expect("not 0");

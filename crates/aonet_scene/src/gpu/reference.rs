@@ -10,7 +10,8 @@ use crate::gbuffer::Surface;
 use crate::reference::{Sampling, spiral};
 use crate::trace::Tracer;
 use crate::{Error, Result};
-use aonet::gpu::{DepthEncoding, Frame, bind, scoped, wgpu};
+use aonet::gpu::{DepthEncoding, Frame, wgpu};
+use aonet::internals::gpu::{bind, scoped};
 use aonet::{AoParams, Size};
 
 /// Most rays of a dispatch, so that it ends before a driver's watchdog acts.

@@ -3,7 +3,8 @@
 use super::memory::Context;
 use crate::error::Result;
 use crate::trace::{MAX_DEPTH, Tracer};
-use aonet::gpu::{scoped, wgpu};
+use aonet::gpu::wgpu;
+use aonet::internals::gpu::scoped;
 
 /// WGSL that shaders with rays need: bindings 1 and 2 of group 0.
 pub(super) fn traverse() -> String {

@@ -8,7 +8,8 @@ use crate::gbuffer::Surface;
 use crate::reference::Point;
 use crate::{Result, Scene};
 use aonet::Size;
-use aonet::gpu::{DepthEncoding, Frame, LENS, LENS_WORDS, Lens, bind, scoped, wgpu};
+use aonet::gpu::{DepthEncoding, Frame, wgpu};
+use aonet::internals::gpu::{LENS, LENS_WORDS, Lens, bind, scoped};
 use glam::Vec3A;
 use rayon::prelude::*;
 

@@ -1,7 +1,8 @@
 //! A device, and the objects that every pass creates on it.
 
 use super::pass_clock::PassClock;
-use aonet::gpu::{bind, cleared, cover_pipeline, wgpu};
+use aonet::gpu::wgpu;
+use aonet::internals::gpu::{bind, cleared, cover_pipeline};
 
 /// A device and its queue.
 #[derive(Debug, Clone)]

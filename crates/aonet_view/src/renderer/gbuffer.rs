@@ -7,8 +7,9 @@ use super::scene::SceneBuffers;
 use super::stopwatch::Stopwatch;
 use super::targets::{self, Targets};
 use super::textures;
-use aonet::gpu::bind::{self, READ, UNIFORM};
-use aonet::gpu::{cleared, wgpu};
+use aonet::gpu::wgpu;
+use aonet::internals::gpu::bind::{self, READ, UNIFORM};
+use aonet::internals::gpu::cleared;
 use aonet_scene::scene::Bounds;
 use glam::{Mat4, Vec3, Vec3A};
 

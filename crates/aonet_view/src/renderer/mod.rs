@@ -47,7 +47,8 @@ pub use stopwatch::PassTime;
 
 use crate::Result;
 use aonet::Size;
-use aonet::gpu::{Device, Kernels, scoped, wgpu};
+use aonet::gpu::{Device, Kernels, wgpu};
+use aonet::internals::gpu::scoped;
 use aonet_scene::Scene;
 use aonet_scene::scene::Bounds;
 use aonet_scene::trace::Tracer;

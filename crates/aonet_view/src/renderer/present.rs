@@ -4,7 +4,8 @@
 use super::Renderer;
 use super::device::{Cover, Gpu};
 use super::pass_clock::PassClock;
-use aonet::gpu::{bind, wgpu};
+use aonet::gpu::wgpu;
+use aonet::internals::gpu::bind;
 
 /// Draws pictures on targets of one format.
 #[derive(Debug)]

@@ -2,8 +2,9 @@
 
 use super::{Method, Renderer};
 use crate::{Error, Result};
-use aonet::gpu::bind::extent;
-use aonet::gpu::{scoped, wgpu};
+use aonet::gpu::wgpu;
+use aonet::internals::gpu::bind::extent;
+use aonet::internals::gpu::scoped;
 use aonet::{AoImage, Camera, GBuffer};
 use half::f16;
 use image::RgbImage;

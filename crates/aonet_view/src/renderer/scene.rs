@@ -4,7 +4,8 @@
 use super::device::{Gpu, bytes};
 use super::textures::TextureArray;
 use crate::Result;
-use aonet::gpu::{scoped, wgpu};
+use aonet::gpu::wgpu;
+use aonet::internals::gpu::scoped;
 use aonet_scene::Scene;
 use aonet_scene::scene::{Bounds, DEFAULT_ALBEDO};
 

@@ -6,8 +6,8 @@ use super::method::Method;
 use super::occlusion::Occlusion;
 use super::stopwatch::Stopwatch;
 use super::targets::{self, Targets};
-use aonet::gpu::bind::{self, TEXTURE, UNIFORM};
 use aonet::gpu::wgpu;
+use aonet::internals::gpu::bind::{self, TEXTURE, UNIFORM};
 use aonet::metrics::ERROR_SCALE;
 
 /// Bytes of the struct `Shade` of `shade.wgsl`.

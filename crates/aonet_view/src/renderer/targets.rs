@@ -3,8 +3,8 @@
 use super::device::Gpu;
 use crate::Result;
 use aonet::Size;
-use aonet::gpu::bind::extent;
 use aonet::gpu::wgpu;
+use aonet::internals::gpu::bind::extent;
 use wgpu::TextureFormat as Format;
 
 /// A texture and a view of all of it.

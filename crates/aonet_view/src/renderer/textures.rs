@@ -3,7 +3,8 @@
 use super::decode::{self, Levels};
 use super::device::Gpu;
 use crate::Result;
-use aonet::gpu::{scoped, wgpu};
+use aonet::gpu::wgpu;
+use aonet::internals::gpu::scoped;
 use aonet_scene::scene::textures::{Decal, Image, Textures, Wrap};
 use rayon::prelude::*;
 

@@ -2,8 +2,9 @@
 
 use crate::{Error, Result};
 use aonet::Size;
-use aonet::frame::size::MAX_SIDE;
-use aonet::gpu::{Device, wait, wgpu};
+use aonet::frame::MAX_SIDE;
+use aonet::gpu::{Device, wgpu};
+use aonet::internals::gpu::wait;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 use winit::window::Window;

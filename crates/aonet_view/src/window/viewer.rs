@@ -5,7 +5,7 @@ use super::graph::History;
 use super::load::{Loaded, Loading, coloured};
 use crate::renderer::{CameraPath, FrameParams, Method, Orbit, Show};
 use crate::{Error, Result};
-use aonet::frame::size::MAX_SIDE;
+use aonet::frame::MAX_SIDE;
 use aonet::{AoParams, Size};
 use aonet_scene::View;
 use aonet_scene::trace::Tracer;

@@ -27,7 +27,7 @@ impl Session {
                 let buffer = &plan.buffers[id];
                 let known = ranges.entry(buffer_name(plan, id).to_owned()).or_default();
                 known.resize(buffer.channels, [f32::INFINITY, f32::NEG_INFINITY]);
-                widen(known, buffer, (&arena[buffer.range()], lanes));
+                widen(known, buffer, &arena[buffer.range()], lanes);
             }
         })
     }
@@ -41,7 +41,7 @@ fn written_by(plan: &Plan, step: usize) -> Option<usize> {
     }
 }
 
-fn widen(ranges: &mut [[f32; 2]], buffer: &Buffer, (values, lanes): (&[f32], usize)) {
+fn widen(ranges: &mut [[f32; 2]], buffer: &Buffer, values: &[f32], lanes: usize) {
     let pixels = buffer.width + 2 * HALO;
     for row in values.chunks_exact(buffer.row_len()) {
         for (c, [least, greatest]) in ranges.iter_mut().enumerate() {

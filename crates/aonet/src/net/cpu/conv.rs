@@ -1,16 +1,17 @@
-//! See [`crate::net::Op::Conv`], with the pooling, upsampling and concatenation before it.
+//! See [`crate::net::graph::Op::Conv`], with the pooling, upsampling and concatenation before it.
 
+use super::context::Context;
 use super::conv_tile::{Lines, Tile};
-use super::conv_weights::{self, Group};
+use super::conv_weights::{self, FilterShape, Group};
 use super::dot::{Dot, DotKernel};
 use super::precision::Arithmetic;
-use super::recipe::{ConvStep, Recipe};
+use super::recipe::Recipe;
 use super::resample::repeat_ends;
 use super::ring::{self, Input, Ring};
 use crate::error::Result;
-use crate::net::plan::{Buffer, HALO};
+use crate::net::plan::{Buffer, ConvStep, HALO};
 use crate::simd::Simd;
-use crate::threads::{Band, Workers};
+use crate::threads::Band;
 
 /// Rows of input that a row of output sees.
 const ROWS: usize = 3;
@@ -29,14 +30,16 @@ pub(super) struct Conv {
 impl Conv {
     /// # Errors
     /// When there is not enough memory.
-    pub(super) fn new(recipe: &Recipe<'_>, step: ConvStep<'_>) -> Result<Self> {
-        let (name, sources, output, [size, groups], activation) = step;
-        let output = recipe.plan.buffers[output].clone();
+    pub(super) fn new(recipe: &Recipe<'_>, step: &ConvStep) -> Result<Self> {
+        let ConvStep { name, sources, activation, .. } = step;
+        let (size, groups) = (step.size, step.groups);
+        let output = recipe.plan.buffers[step.output].clone();
         // Groups are narrow: packed words of channels would be mostly empty.
         let arithmetic =
             if groups == 1 { recipe.arithmetic } else { Arithmetic::F32(recipe.arithmetic.isa()) };
-        let inputs = recipe.inputs(sources, (output.width, arithmetic))?;
-        let groups = conv_weights::pack(recipe.parameters(name), &inputs, [size, groups], arithmetic)?;
+        let inputs = recipe.inputs(sources, output.width, arithmetic)?;
+        let shape = FilterShape { size, groups };
+        let groups = conv_weights::pack(recipe.parameters(name), &inputs, shape, arithmetic)?;
         Ok(Self { arithmetic, inputs, groups, output, size, slope: activation.slope() })
     }
 
@@ -46,7 +49,8 @@ impl Conv {
     }
 
     /// Runs over the arena.
-    pub(super) fn run(&self, workers: &mut Workers, arena: &mut [f32]) {
+    pub(super) fn run(&self, context: Context<'_>) {
+        let Context { workers, arena, .. } = context;
         let (out, sources) = ring::borrow(arena, &self.output, &self.inputs);
         workers.for_each_band(out, self.output.row_len(), |band| {
             self.arithmetic.run(ConvBand { conv: self, sources: &sources[..self.inputs.len()], band });
@@ -71,7 +75,7 @@ impl DotKernel for ConvBand<'_> {
             let y = band.first + i;
             let rows = [y.saturating_sub(1), y, (y + 1).min(conv.output.height - 1)];
             for ((input, source), ring) in conv.inputs.iter().zip(sources).zip(&mut rings) {
-                ring.fill(dot, input, source, (rows, conv.output.width));
+                ring.fill(dot, input, source, rows);
             }
             let lines = [0, 1].map(|i| {
                 let i = i.min(conv.inputs.len() - 1);

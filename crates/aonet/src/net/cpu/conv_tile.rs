@@ -63,7 +63,7 @@ impl Tile<'_> {
         let mut sums = [[dot.zero(); P]; N];
         let mut weights = &*self.group.weights;
         for lines in self.inputs {
-            weights = self.add(dot, lines, (weights, x), &mut sums);
+            weights = self.add(dot, lines, weights, x, &mut sums);
         }
         let pitch = (self.width + 2 * HALO) * lanes;
         let slope = simd.splat(self.slope);
@@ -83,7 +83,8 @@ impl Tile<'_> {
         &self,
         dot: D,
         lines: &Lines<'_>,
-        (mut weights, x): (&'w [f32], usize),
+        mut weights: &'w [f32],
+        x: usize,
         sums: &mut [[D::Sums; P]; N],
     ) -> &'w [f32] {
         let (lanes, words) = (D::Simd::LANES, D::Simd::LANES / D::PACKED);

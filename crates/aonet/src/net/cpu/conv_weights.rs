@@ -2,6 +2,7 @@
 
 use super::packing::{self, Quantized};
 use super::precision::Arithmetic;
+use super::recipe::Parameters;
 use super::ring::Input;
 use crate::error::Result;
 use crate::simd::aligned::Aligned;
@@ -22,17 +23,26 @@ pub(super) struct Group {
     pub(super) bias: Aligned,
 }
 
-/// All weights of a convolution of `size` x `size` taps in `groups`, from OIHW `weight`.
+/// Size and groups of a convolution's filters.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct FilterShape {
+    /// Side of a filter.
+    pub(super) size: usize,
+    pub(super) groups: usize,
+}
+
+/// All weights of a convolution.
 ///
 /// # Errors
 /// When there is not enough memory.
 pub(super) fn pack(
-    (weight, bias): (&[f32], &[f32]),
+    parameters: Parameters<'_>,
     inputs: &[Input],
-    [size, groups]: [usize; 2],
+    shape: FilterShape,
     arithmetic: Arithmetic,
 ) -> Result<Vec<Group>> {
-    let filters = Filters::new((weight, bias), inputs, [size * size, groups], arithmetic);
+    let filters = Filters::new(parameters, inputs, shape, arithmetic);
+    let (bias, groups) = (parameters.bias, shape.groups);
     let lanes = arithmetic.lanes();
     let vectors = bias.len().div_ceil(lanes);
     // Vectors of different groups see different inputs.
@@ -66,17 +76,14 @@ struct Filters {
 }
 
 impl Filters {
-    fn new(
-        (weight, bias): (&[f32], &[f32]),
-        inputs: &[Input],
-        [taps, groups]: [usize; 2],
-        arithmetic: Arithmetic,
-    ) -> Self {
+    fn new(parameters: Parameters<'_>, inputs: &[Input], shape: FilterShape, arithmetic: Arithmetic) -> Self {
+        let Parameters { weight, bias } = parameters;
+        let (taps, groups) = (shape.size * shape.size, shape.groups);
         let in_channels = inputs.iter().map(|i| i.buffer.channels).sum::<usize>();
         let group = [bias.len() / groups, in_channels / groups];
         let mut weights = weight.to_vec();
         let outputs = weights.chunks_exact_mut(group[1] * taps).zip(bias).map(|(weights, bias)| {
-            let channels = inputs.iter().flat_map(|i| (0..i.buffer.channels).map(|c| (&i.steps, c)));
+            let channels = inputs.iter().flat_map(|i| (0..i.buffer.channels).map(|c| (&i.packing.steps, c)));
             packing::quantize(arithmetic, weights, *bias, channels.flat_map(|c| std::iter::repeat_n(c, taps)))
         });
         let outputs = outputs.collect();
@@ -90,8 +97,8 @@ impl Filters {
         first..first + inputs
     }
 
-    /// What input `i` weighs in output `o` at a tap: nothing outside its group.
-    fn weight(&self, (o, i): (usize, usize), tap: usize) -> f32 {
+    /// Weight of input `i` in output `o` at a tap: 0 outside its group.
+    fn weight(&self, o: usize, i: usize, tap: usize) -> f32 {
         let seen = self.seen(o);
         match seen.contains(&i) {
             true => self.weights[(o * self.group[1] + i - seen.start) * self.taps + tap],
@@ -121,7 +128,7 @@ impl Filters {
                     for i in block.clone().step_by(packed) {
                         let line = lines.next().expect("a line for every word of input channels and tap");
                         for (word, o) in line.iter_mut().zip(channels.clone()) {
-                            let numbers = (i..block.end).map(|i| self.weight((o, first_in + i), tap));
+                            let numbers = (i..block.end).map(|i| self.weight(o, first_in + i, tap));
                             *word = packing::word(self.arithmetic, numbers);
                         }
                     }

@@ -1,10 +1,9 @@
 //! The first channel of a buffer as the image.
 
+use super::context::Context;
 use crate::frame::ao_image::AoImage;
 use crate::frame::gbuffer::GBuffer;
 use crate::net::plan::{Buffer, HALO};
-use crate::simd::Isa;
-use crate::threads::Workers;
 
 /// The last step of a network whose last convolution is no head.
 #[derive(Debug)]
@@ -14,12 +13,8 @@ pub(super) struct Image {
 
 impl Image {
     /// Runs over the arena into the image.
-    pub(super) fn run(
-        &self,
-        isa: Isa,
-        (workers, arena): (&mut Workers, &[f32]),
-        (gbuffer, image): (&GBuffer, &mut AoImage),
-    ) {
+    pub(super) fn run(&self, context: Context<'_>, gbuffer: &GBuffer, image: &mut AoImage) {
+        let Context { isa, workers, arena } = context;
         let input = &arena[self.input.range()];
         let (width, row_len) = (image.width(), self.input.row_len());
         let lanes = isa.lanes();

@@ -1,9 +1,10 @@
-//! A few vectors of cells through the head. See [`crate::net::Op::KernelPredict`]; AO-Net §3.3, Eq. 2.
+//! A few vectors of cells through the head. See [`crate::net::graph::Op::KernelPredict`]; AO-Net §3.3, Eq. 2.
 
 use super::dot::Dot;
 use super::guide_window::{GuideWindow, window_len, window_side};
-use super::head::{Head, VECTORS};
+use super::head_weights::{HeadWeights, VECTORS};
 use super::packing::Steps;
+use super::patch_merge::Cells;
 use crate::net::config::KernelWeights;
 use crate::net::kernel::{GUIDE_CHANNELS, TAPS, WINDOW};
 use crate::net::plan::{CHANNEL_BLOCK, HALO};
@@ -17,25 +18,30 @@ type Vector<D> = <<D as Dot>::Simd as Simd>::F;
 
 /// Neighbouring cells of a row.
 pub(super) struct Tile<'a> {
-    pub(super) head: &'a Head,
+    pub(super) weights: &'a HeadWeights,
     /// The row of the head's input.
     pub(super) features: &'a [f32],
     pub(super) guide: GuideWindow<'a>,
 }
 
+/// What the kernels of a tile are computed from and applied to: lines of one value for every cell.
+#[derive(Clone, Copy)]
+struct Seen<'a> {
+    /// By word of channels.
+    features: &'a [f32],
+    /// By pixel of the window and component of its normal.
+    window: &'a [f32],
+}
+
 impl Tile<'_> {
     /// Values of scratch memory for `cells` cells: features, window, kernels and visibility.
-    pub(super) fn scratch_len(head: &Head, cells: usize) -> usize {
+    pub(super) fn scratch_len(head: &HeadWeights, cells: usize) -> usize {
         (feature_lines(head) + window_len(head.patch) + TAPS + head.patch * head.patch) * cells
     }
 
-    /// The visibility of `N` vectors of cells, pixel of the patch by pixel, and the number of cells.
+    /// The visibility of `N` vectors of cells.
     #[inline(always)]
-    pub(super) fn run<'s, D: Dot, const N: usize>(
-        &self,
-        dot: D,
-        scratch: &'s mut [f32],
-    ) -> (&'s [f32], usize) {
+    pub(super) fn run<'s, D: Dot, const N: usize>(&self, dot: D, scratch: &'s mut [f32]) -> Cells<'s> {
         match D::Simd::ACCUMULATORS / VECTORS {
             12 => self.run_grouped::<D, N, 12>(dot, scratch),
             6 => self.run_grouped::<D, N, 6>(dot, scratch),
@@ -49,14 +55,14 @@ impl Tile<'_> {
         &self,
         dot: D,
         scratch: &'s mut [f32],
-    ) -> (&'s [f32], usize) {
-        let cells = N * D::Simd::LANES;
-        let (features, rest) = scratch.split_at_mut(feature_lines(self.head) * cells);
-        let (window, rest) = rest.split_at_mut(window_len(self.head.patch) * cells);
+    ) -> Cells<'s> {
+        let (cells, patch) = (N * D::Simd::LANES, self.weights.patch);
+        let (features, rest) = scratch.split_at_mut(feature_lines(self.weights) * cells);
+        let (window, rest) = rest.split_at_mut(window_len(patch) * cells);
         let (kernel, rest) = rest.split_at_mut(TAPS * cells);
-        let visibility = &mut rest[..self.head.patch * self.head.patch * cells];
+        let visibility = &mut rest[..patch * patch * cells];
         self.transpose_features(dot, features, cells);
-        match self.head.kernel {
+        match self.weights.kernel {
             KernelWeights::Off => {
                 for (group, out) in visibility.chunks_mut(K * cells).enumerate() {
                     let outputs = self.outputs::<D, N, K>(dot, features, group);
@@ -68,7 +74,7 @@ impl Tile<'_> {
             KernelWeights::Linear => {
                 self.guide.copy_to(window, cells);
                 for (pixel, out) in visibility.chunks_exact_mut(cells).enumerate() {
-                    self.apply::<D, N, K>(dot, (features, window), (pixel, out));
+                    self.apply::<D, N, K>(dot, Seen { features, window }, pixel, out);
                 }
             }
             KernelWeights::Softmax => {
@@ -80,11 +86,11 @@ impl Tile<'_> {
                             store(dot.simd(), *values, out);
                         }
                     }
-                    self.apply_softmax((kernel, window), (pixel, out));
+                    self.apply_softmax(kernel, window, pixel, out);
                 }
             }
         }
-        (visibility, cells)
+        Cells { visibility, first: self.guide.x, count: cells, patch }
     }
 
     /// Group `group` of `K` outputs of the convolution.
@@ -96,9 +102,9 @@ impl Tile<'_> {
         group: usize,
     ) -> [[Vector<D>; N]; K] {
         let (simd, lanes) = (dot.simd(), D::Simd::LANES);
-        let words = self.head.input.channels.div_ceil(D::PACKED);
+        let words = self.weights.input.channels.div_ceil(D::PACKED);
         let mut sums = [[dot.zero(); N]; K];
-        let weights = &self.head.weights[group * K * words..][..K * words];
+        let weights = &self.weights.weights[group * K * words..][..K * words];
         for (weights, features) in weights.chunks_exact(K).zip(features.chunks_exact(N * lanes)) {
             let mut values = [dot.splat(0.0); N];
             for n in 0..N {
@@ -111,8 +117,8 @@ impl Tile<'_> {
                 }
             }
         }
-        let scales = &self.head.scales[group * K..][..K];
-        let biases = &self.head.biases[group * K..][..K];
+        let scales = &self.weights.scales[group * K..][..K];
+        let biases = &self.weights.biases[group * K..][..K];
         let mut outputs = [[simd.splat(0.0); N]; K];
         for k in 0..K {
             let (scale, bias) = (simd.splat(scales[k]), simd.splat(biases[k]));
@@ -128,10 +134,11 @@ impl Tile<'_> {
     fn apply<D: Dot, const N: usize, const K: usize>(
         &self,
         dot: D,
-        (features, window): (&[f32], &[f32]),
-        (pixel, out): (usize, &mut [f32]),
+        seen: Seen<'_>,
+        pixel: usize,
+        out: &mut [f32],
     ) {
-        let (simd, lanes) = (dot.simd(), D::Simd::LANES);
+        let (simd, lanes, Seen { features, window }) = (dot.simd(), D::Simd::LANES, seen);
         let cells = N * lanes;
         // Four sums that do not wait for one another.
         let mut totals = [[simd.splat(0.0); N]; 4];
@@ -155,7 +162,7 @@ impl Tile<'_> {
 
     /// Applies a kernel after a softmax over its taps, for each component of the normal.
     #[inline(always)]
-    fn apply_softmax(&self, (kernel, window): (&[f32], &[f32]), (pixel, out): (usize, &mut [f32])) {
+    fn apply_softmax(&self, kernel: &[f32], window: &[f32], pixel: usize, out: &mut [f32]) {
         let cells = out.len();
         for (cell, out) in out.iter_mut().enumerate() {
             let mut mean = 0.0;
@@ -179,7 +186,7 @@ impl Tile<'_> {
     /// weights of a row of the kernel lie side by side.
     #[inline(always)]
     fn window_index(&self, pixel: usize, k: usize) -> usize {
-        let patch = self.head.patch;
+        let patch = self.weights.patch;
         let (dy, dx) = (pixel / patch + k / ROW_TAPS, pixel % patch);
         (dy * window_side(patch) + dx) * GUIDE_CHANNELS + k % ROW_TAPS
     }
@@ -188,10 +195,10 @@ impl Tile<'_> {
     #[inline(always)]
     fn transpose_features<D: Dot>(&self, dot: D, out: &mut [f32], cells: usize) {
         let (lanes, words) = (D::Simd::LANES, D::Simd::LANES / D::PACKED);
-        let width = self.head.input.width;
+        let width = self.weights.input.width;
         let blocks = self.features.chunks_exact((width + 2 * HALO) * lanes);
         for (i, (block, out)) in blocks.zip(out.chunks_exact_mut(words * cells)).enumerate() {
-            let Steps { per_unit, zero } = &self.head.steps;
+            let Steps { per_unit, zero } = &self.weights.steps;
             let (per_unit, zero) = (&per_unit[i * lanes..], &zero[i * lanes..]);
             for cell in (0..cells).step_by(4) {
                 let packed = |i: usize| {
@@ -210,7 +217,7 @@ impl Tile<'_> {
 }
 
 /// Channels of the head's input, whole blocks.
-fn feature_lines(head: &Head) -> usize {
+fn feature_lines(head: &HeadWeights) -> usize {
     head.input.channels.next_multiple_of(CHANNEL_BLOCK)
 }
 

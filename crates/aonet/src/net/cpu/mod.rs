@@ -5,6 +5,7 @@
 //! broadcasts one input value at a time to vectors of output channels.
 
 mod calibration;
+mod context;
 mod conv;
 mod conv_tile;
 mod conv_weights;
@@ -14,11 +15,12 @@ mod dot_x86;
 mod features;
 mod guide_window;
 mod head;
+mod head_weights;
 mod image;
 mod kernel_predict;
 mod packing;
 mod patch_merge;
-mod peak;
+pub(crate) mod peak;
 mod precision;
 mod recipe;
 mod resample;
@@ -32,6 +34,5 @@ mod winograd_squares;
 mod winograd_transforms;
 mod winograd_weights;
 
-pub use peak::multiply_add;
 pub use precision::Precision;
 pub use session::{Options, Session};

@@ -18,6 +18,14 @@ pub(super) struct Steps {
     pub(super) zero: Aligned,
 }
 
+/// How the values of an input become words.
+#[derive(Debug)]
+pub(super) struct Packing {
+    /// Numbers in a word.
+    pub(super) numbers: usize,
+    pub(super) steps: Steps,
+}
+
 impl Steps {
     /// For channels with these least and greatest values.
     ///

@@ -1,47 +1,67 @@
-//! From the pixels of patches to rows of the image. See [`crate::net::Op::PatchMerge`].
+//! From the pixels of patches to rows of the image. See [`crate::net::graph::Op::PatchMerge`].
 
-/// Writes a few cells of one row of cells into the image: [0, 1], 1 where the depth is infinite.
-///
-/// `image`, `depth` and `base`, to which the values are added, are the rows of pixels of the row of cells, `width`
-/// wide; `visibility` holds, for each
-/// pixel of a patch, the values of `cells` cells, of which the first is cell `x`.
-#[inline(always)]
-pub(super) fn write(
-    (image, depth, base): (&mut [f32], &[f32], Option<&[f32]>),
-    (visibility, cells): (&[f32], usize),
-    (patch, width, x): (usize, usize, usize),
-) {
-    let first = x * patch;
-    let last = width.min(first + cells * patch);
-    for (dy, (line, depth)) in image.chunks_exact_mut(width).zip(depth.chunks_exact(width)).enumerate() {
-        let (line, depth) = (&mut line[first..last], &depth[first..last]);
-        let phases = &visibility[dy * patch * cells..][..patch * cells];
-        match patch {
-            1 => interleave::<1>((phases, cells), line),
-            2 => interleave::<2>((phases, cells), line),
-            4 => interleave::<4>((phases, cells), line),
-            8 => interleave::<8>((phases, cells), line),
-            _ => unreachable!("patches of {patch}"),
-        }
-        if let Some(base) = base {
-            let base = &base[dy * width..][first..last];
-            line.iter_mut().zip(base).for_each(|(value, base)| *value += base);
-        }
-        for (value, depth) in line.iter_mut().zip(depth) {
-            // NaN, from weights so large that sums overflow, becomes 0.
-            let visibility = if *value > 0.0 { value.min(1.0) } else { 0.0 };
-            *value = if *depth == f32::INFINITY { 1.0 } else { visibility };
+use std::slice::ChunksExact;
+
+/// Neighbouring cells of a row of cells, as patches of pixels.
+pub(super) struct Cells<'a> {
+    /// For each pixel of a patch, its value in every cell.
+    pub(super) visibility: &'a [f32],
+    /// Index of the first cell.
+    pub(super) first: usize,
+    pub(super) count: usize,
+    /// Side of a patch (px).
+    pub(super) patch: usize,
+}
+
+/// The lines of pixels of a row of cells.
+pub(super) struct Lines<'a> {
+    /// Where the visibility is written.
+    pub(super) image: &'a mut [f32],
+    pub(super) depth: &'a [f32],
+    /// Visibility that the values are added to, if there is any.
+    pub(super) base: Option<&'a [f32]>,
+    /// Of a line (px).
+    pub(super) width: usize,
+}
+
+impl Lines<'_> {
+    /// Writes the visibility of cells: [0, 1], 1 where the depth is infinite.
+    #[inline(always)]
+    pub(super) fn write(&mut self, cells: &Cells<'_>) {
+        let (width, patch, count) = (self.width, cells.patch, cells.count);
+        let first = cells.first * patch;
+        let last = width.min(first + count * patch);
+        let lines = self.image.chunks_exact_mut(width).zip(self.depth.chunks_exact(width));
+        for (dy, (line, depth)) in lines.enumerate() {
+            let (line, depth) = (&mut line[first..last], &depth[first..last]);
+            let phases = cells.visibility[dy * patch * count..][..patch * count].chunks_exact(count);
+            match patch {
+                1 => interleave::<1>(phases, line),
+                2 => interleave::<2>(phases, line),
+                4 => interleave::<4>(phases, line),
+                8 => interleave::<8>(phases, line),
+                _ => unreachable!("patches of {patch}"),
+            }
+            if let Some(base) = self.base {
+                let base = &base[dy * width..][first..last];
+                line.iter_mut().zip(base).for_each(|(value, base)| *value += base);
+            }
+            for (value, depth) in line.iter_mut().zip(depth) {
+                // NaN, from weights so large that sums overflow, becomes 0.
+                let visibility = if *value > 0.0 { value.min(1.0) } else { 0.0 };
+                *value = if *depth == f32::INFINITY { 1.0 } else { visibility };
+            }
         }
     }
 }
 
 /// Value `cell` of phase `dx` becomes pixel `cell * PATCH + dx`.
 #[inline(always)]
-fn interleave<const PATCH: usize>((phases, cells): (&[f32], usize), line: &mut [f32]) {
+fn interleave<const PATCH: usize>(phases: ChunksExact<'_, f32>, line: &mut [f32]) {
     let mut phase = [&[][..]; PATCH];
-    phase.iter_mut().zip(phases.chunks_exact(cells)).for_each(|(phase, values)| *phase = values);
+    phase.iter_mut().zip(phases).for_each(|(phase, values)| *phase = values);
     let (whole, rest) = line.as_chunks_mut::<PATCH>();
-    assert!(whole.len() <= cells);
+    assert!(whole.len() <= phase[0].len());
     for (cell, pixels) in whole.iter_mut().enumerate() {
         for (pixel, values) in pixels.iter_mut().zip(&phase) {
             *pixel = values[cell];

@@ -1,16 +1,21 @@
 //! What the steps of a session are made from.
 
-use super::packing::Steps;
+use super::packing::{Packing, Steps};
 use super::precision::Arithmetic;
 use super::ring::Input;
 use crate::error::{Error, Result};
-use crate::net::graph::Activation;
 use crate::net::model::Ranges;
 use crate::net::plan::{self, BufferId, Plan, Source, Step};
 use crate::net::weights::Weights;
 
-/// Name, inputs, output, filter size and groups, and activation of [`Step::Conv`].
-pub(super) type ConvStep<'a> = (&'a str, &'a [Source], usize, [usize; 2], Activation);
+/// Parameters of a convolution.
+#[derive(Clone, Copy)]
+pub(super) struct Parameters<'a> {
+    /// OIHW.
+    pub(super) weight: &'a [f32],
+    /// By output channel.
+    pub(super) bias: &'a [f32],
+}
 
 /// A plan, its parameters, and the numbers that it multiplies.
 pub(super) struct Recipe<'a> {
@@ -22,10 +27,10 @@ pub(super) struct Recipe<'a> {
 }
 
 impl<'a> Recipe<'a> {
-    /// Weight and bias of a convolution.
-    pub(super) fn parameters(&self, name: &str) -> (&'a [f32], &'a [f32]) {
+    /// Parameters of the convolution `name`.
+    pub(super) fn parameters(&self, name: &str) -> Parameters<'a> {
         let values = |what: &str| &self.weights.get(&format!("{name}.{what}")).values[..];
-        (values("weight"), values("bias"))
+        Parameters { weight: values("weight"), bias: values("bias") }
     }
 
     /// What a convolution with `width` columns reads, packed for `arithmetic`.
@@ -35,12 +40,14 @@ impl<'a> Recipe<'a> {
     pub(super) fn inputs(
         &self,
         sources: &[Source],
-        (width, arithmetic): (usize, Arithmetic),
+        width: usize,
+        arithmetic: Arithmetic,
     ) -> Result<Vec<Input>> {
         let input = |source: &Source| {
-            let steps = self.steps(source.buffer, arithmetic)?;
+            let packing =
+                Packing { numbers: arithmetic.packed(), steps: self.steps(source.buffer, arithmetic)? };
             let buffer = self.plan.buffers[source.buffer].clone();
-            Ok(Input::new(buffer, source.resample, (width, arithmetic.packed(), steps)))
+            Ok(Input::new(buffer, source.resample, width, packing))
         };
         sources.iter().map(input).collect()
     }

@@ -12,12 +12,13 @@ pub(super) fn repeat_ends<S: Simd>(_: S, row: &mut [f32], width: usize) {
     }
 }
 
-/// See [`crate::net::Op::AvgPool2`], once or more: `side` rows of `side` times the width to one of `width`, with its
+/// See [`crate::net::graph::Op::AvgPool2`], once or more: `side` rows of `side` times the width to one of `width`, with its
 /// halo.
 #[inline(always)]
 pub(super) fn avg_pool<'a, S: Simd>(
     simd: S,
-    (side, row): (usize, impl Fn(usize) -> &'a [f32]),
+    side: usize,
+    row: impl Fn(usize) -> &'a [f32],
     out: &mut [f32],
     width: usize,
 ) {
@@ -39,7 +40,7 @@ pub(super) fn avg_pool<'a, S: Simd>(
     repeat_ends(simd, out, width);
 }
 
-/// See [`crate::net::Op::Upsample2`]: the nearer and the farther of two rows of half the width to one of
+/// See [`crate::net::graph::Op::Upsample2`]: the nearer and the farther of two rows of half the width to one of
 /// `width`, with its halo.
 #[inline(always)]
 pub(super) fn upsample2<S: Simd>(simd: S, [near, far]: [&[f32]; 2], out: &mut [f32], width: usize) {

@@ -2,7 +2,7 @@
 //! they are needed.
 
 use super::dot::Dot;
-use super::packing::Steps;
+use super::packing::Packing;
 use super::resample::{avg_pool, block_lines, upsample2};
 use crate::net::plan::{Buffer, HALO, Layout, Resample};
 use crate::simd::Simd;
@@ -11,28 +11,24 @@ use crate::simd::Simd;
 #[derive(Debug)]
 pub(super) struct Input {
     pub(super) buffer: Buffer,
-    pub(super) steps: Steps,
+    pub(super) packing: Packing,
     resample: Resample,
-    /// Numbers in a word.
-    packed: usize,
+    /// Columns of a prepared row, without the halo.
+    width: usize,
     /// Length of a prepared row before it is packed.
     row_len: usize,
 }
 
 impl Input {
-    /// A buffer that is read with `width` columns and `packed` numbers a word.
-    pub(super) fn new(
-        buffer: Buffer,
-        resample: Resample,
-        (width, packed, steps): (usize, usize, Steps),
-    ) -> Self {
+    /// A buffer that is read with `width` columns.
+    pub(super) fn new(buffer: Buffer, resample: Resample, width: usize, packing: Packing) -> Self {
         let row_len = Buffer { width, layout: Layout::Blocked, ..buffer.clone() }.row_len();
-        Self { buffer, steps, resample, packed, row_len }
+        Self { buffer, packing, resample, width, row_len }
     }
 
     /// Length of the ring of `rows` that it needs.
     pub(super) fn ring_len(&self, rows: usize) -> usize {
-        match (self.is_plain(), self.packed) {
+        match (self.is_plain(), self.packing.numbers) {
             (true, 1) => 0,
             (false, 1) => rows * self.row_len,
             (_, packed) => rows * self.row_len / packed + self.row_len,
@@ -52,11 +48,11 @@ impl Input {
 
     /// Row `y` pooled, upsampled or laid out in blocks.
     #[inline(always)]
-    fn prepare<S: Simd>(&self, simd: S, source: &[f32], (y, width): (usize, usize), out: &mut [f32]) {
-        let row = |y: usize| self.stored(source, y);
+    fn prepare<S: Simd>(&self, simd: S, source: &[f32], y: usize, out: &mut [f32]) {
+        let (row, width) = (|y: usize| self.stored(source, y), self.width);
         match self.resample {
-            Resample::AvgPool(side) => avg_pool(simd, (side, |i| row(side * y + i)), out, width),
-            Resample::Upsample2 if y % 2 == 0 => {
+            Resample::AvgPool(side) => avg_pool(simd, side, |i| row(side * y + i), out, width),
+            Resample::Upsample2 if y.is_multiple_of(2) => {
                 upsample2(simd, [row(y / 2), row((y / 2).saturating_sub(1))], out, width);
             }
             Resample::Upsample2 => upsample2(simd, [row(y / 2), row(y / 2 + 1)], out, width),
@@ -65,12 +61,12 @@ impl Input {
     }
 
     #[inline(always)]
-    fn pack<D: Dot>(&self, dot: D, row: &[f32], width: usize, words: &mut [f32]) {
-        let lanes = D::Simd::LANES;
-        let pitch = (width + 2 * HALO) * lanes;
+    fn pack<D: Dot>(&self, dot: D, row: &[f32], words: &mut [f32]) {
+        let (lanes, steps) = (D::Simd::LANES, &self.packing.steps);
+        let pitch = (self.width + 2 * HALO) * lanes;
         let lines = row.chunks_exact(pitch).zip(words.chunks_exact_mut(pitch / D::PACKED));
         for (block, (line, words)) in lines.enumerate() {
-            let (per_unit, zero) = (&self.steps.per_unit[block * lanes..], &self.steps.zero[block * lanes..]);
+            let (per_unit, zero) = (&steps.per_unit[block * lanes..], &steps.zero[block * lanes..]);
             for (values, words) in line.chunks_exact(lanes).zip(words.chunks_exact_mut(lanes / D::PACKED)) {
                 dot.pack(dot.simd().load(values), per_unit, zero, words);
             }
@@ -103,20 +99,14 @@ pub(super) struct Ring<'a, const ROWS: usize> {
 
 impl<'a, const ROWS: usize> Ring<'a, ROWS> {
     pub(super) fn new(input: &Input, values: &'a mut [f32]) -> Self {
-        let unpacked_len = if input.packed == 1 { 0 } else { input.row_len };
+        let unpacked_len = if input.packing.numbers == 1 { 0 } else { input.row_len };
         let (unpacked, slots) = values.split_at_mut(unpacked_len.min(values.len()));
         Self { slots, held: [usize::MAX; ROWS], unpacked }
     }
 
     /// Makes sure that the ring holds neighbouring `rows` of the prepared input.
     #[inline(always)]
-    pub(super) fn fill<D: Dot>(
-        &mut self,
-        dot: D,
-        input: &Input,
-        source: &[f32],
-        (rows, width): ([usize; ROWS], usize),
-    ) {
+    pub(super) fn fill<D: Dot>(&mut self, dot: D, input: &Input, source: &[f32], rows: [usize; ROWS]) {
         if input.is_plain() && D::PACKED == 1 {
             return;
         }
@@ -128,12 +118,12 @@ impl<'a, const ROWS: usize> Ring<'a, ROWS> {
             self.held[y % ROWS] = y;
             let slot = &mut self.slots[y % ROWS * slot_len..][..slot_len];
             if D::PACKED == 1 {
-                input.prepare(dot.simd(), source, (y, width), slot);
+                input.prepare(dot.simd(), source, y, slot);
             } else if input.is_plain() {
-                input.pack(dot, input.stored(source, y), width, slot);
+                input.pack(dot, input.stored(source, y), slot);
             } else {
-                input.prepare(dot.simd(), source, (y, width), self.unpacked);
-                input.pack(dot, self.unpacked, width, slot);
+                input.prepare(dot.simd(), source, y, self.unpacked);
+                input.pack(dot, self.unpacked, slot);
             }
         }
     }
@@ -141,10 +131,10 @@ impl<'a, const ROWS: usize> Ring<'a, ROWS> {
     /// Row `y` of the input as the convolution reads it.
     #[inline(always)]
     pub(super) fn row<'s>(&'s self, input: &Input, source: &'s [f32], y: usize) -> &'s [f32] {
-        match input.is_plain() && input.packed == 1 {
+        match input.is_plain() && input.packing.numbers == 1 {
             true => input.stored(source, y),
             false => {
-                let slot_len = input.row_len / input.packed;
+                let slot_len = input.row_len / input.packing.numbers;
                 &self.slots[y % ROWS * slot_len..][..slot_len]
             }
         }

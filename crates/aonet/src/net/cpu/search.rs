@@ -1,12 +1,9 @@
-//! The search before a network and the passes of its filter, over the arena. See [`crate::net::Op::Search`].
+//! The search before a network and the passes of its filter, over the arena. See [`crate::net::graph::Op::Search`].
 
-use crate::frame::ao_image::AoParams;
-use crate::frame::gbuffer::GBuffer;
+use super::context::Context;
 use crate::net::config::SearchConfig;
 use crate::net::plan::Buffer;
-use crate::search;
-use crate::simd::Isa;
-use crate::threads::Workers;
+use crate::search::{self, Screen};
 
 /// The method without its filter.
 #[derive(Debug)]
@@ -17,15 +14,10 @@ pub(super) struct Search {
 
 impl Search {
     /// Runs over the arena.
-    pub(super) fn run(
-        &self,
-        isa: Isa,
-        frame: (&GBuffer, AoParams),
-        (workers, arena): (&mut Workers, &mut [f32]),
-    ) {
-        let Buffer { width, .. } = self.output;
+    pub(super) fn run(&self, context: Context<'_>, screen: &Screen<'_>) {
+        let (Context { isa, workers, arena }, width) = (context, self.output.width);
         workers.for_each_band(&mut arena[self.output.range()], width, |band| match self.search {
-            SearchConfig::Agtao(params) => search::agtao_rows(isa, params, frame, (band.first, band.values)),
+            SearchConfig::Agtao(params) => search::agtao_band(isa, params, screen, band),
         });
     }
 }
@@ -40,17 +32,11 @@ pub(super) struct Filter {
 
 impl Filter {
     /// Runs over the arena.
-    pub(super) fn run(
-        &self,
-        isa: Isa,
-        frame: (&GBuffer, AoParams),
-        (workers, arena): (&mut Workers, &mut [f32]),
-    ) {
+    pub(super) fn run(&self, context: Context<'_>, screen: &Screen<'_>) {
+        let Context { isa, workers, arena } = context;
         let ranges = [self.output.range(), self.input.range()];
         let [output, input] = arena.get_disjoint_mut(ranges).expect("live buffers do not overlap");
-        let by = self.search.filter();
-        workers.for_each_band(output, self.output.width, |band| {
-            search::filter_rows(isa, by, frame, input, (band.first, band.values));
-        });
+        let filter = search::Filter::new(screen, self.search.filter(), input);
+        workers.for_each_band(output, self.output.width, |band| search::filter_band(isa, &filter, band));
     }
 }

@@ -1,5 +1,6 @@
 //! A model ready to run at one size.
 
+use super::context::Context;
 use super::conv::Conv;
 use super::features::PartitionFeatures;
 use super::head::Head;
@@ -14,7 +15,8 @@ use crate::frame::gbuffer::GBuffer;
 use crate::frame::window::Window;
 use crate::net::config::Features;
 use crate::net::model::Model;
-use crate::net::plan::{BufferId, ConvStep, HeadStep, Plan, Step};
+use crate::net::plan::{BufferId, Plan, Step};
+use crate::search::Screen;
 use crate::simd::aligned::Aligned;
 use crate::simd::{Isa, Level};
 use crate::threads::Workers;
@@ -136,17 +138,17 @@ impl Session {
         self.window.size().expect("AO image of a session", image.size())?;
         let mut guarded = self.guarded.take();
         let buffer = guarded.as_mut().unwrap_or(&mut *image);
-        let (isa, frame) = (self.isa, (gbuffer, params));
+        let screen = &Screen::new(gbuffer, params);
         for (i, step) in self.steps.iter().enumerate() {
-            let (workers, arena) = (&mut self.workers, &mut self.arena[..]);
+            let context = Context { isa: self.isa, workers: &mut self.workers, arena: &mut self.arena };
             match step {
-                Prepared::Search(step) => step.run(isa, frame, (workers, arena)),
-                Prepared::Filter(step) => step.run(isa, frame, (workers, arena)),
-                Prepared::Features(step) => step.run(isa, &self.features, frame, (workers, arena)),
-                Prepared::Conv(conv) => conv.run(workers, arena),
-                Prepared::Winograd(conv) => conv.run(workers, arena),
-                Prepared::Head(head) => head.run((workers, arena), (gbuffer, buffer)),
-                Prepared::Image(step) => step.run(isa, (workers, arena), (gbuffer, buffer)),
+                Prepared::Search(step) => step.run(context, screen),
+                Prepared::Filter(step) => step.run(context, screen),
+                Prepared::Features(step) => step.run(context, &self.features, gbuffer, params),
+                Prepared::Conv(conv) => conv.run(context),
+                Prepared::Winograd(conv) => conv.run(context),
+                Prepared::Head(head) => head.run(context, gbuffer, buffer),
+                Prepared::Image(step) => step.run(context, gbuffer, buffer),
             }
             after_step(i, &self.plan, &self.arena);
         }
@@ -168,6 +170,7 @@ impl Session {
     }
 
     /// What runs.
+    #[doc(hidden)]
     pub fn plan(&self) -> &Plan {
         &self.plan
     }
@@ -190,24 +193,16 @@ impl Prepared {
                 Self::Filter(Filter { search: *search, input: buffer(*input), output: buffer(*output) })
             }
             Step::Features { search, output, patch } => Self::Features(PartitionFeatures {
-                size: (plan.size.width(), plan.size.height()),
+                size: plan.size,
                 patch: *patch,
                 search: search.map(buffer),
                 output: buffer(*output),
             }),
-            Step::Conv(ConvStep { name, sources, output, size, groups, activation }) => {
-                let shape = [*size, *groups];
-                let step = (name.as_str(), &sources[..], *output, shape, *activation);
-                let in_channels = sources.iter().map(|s| plan.buffers[s.buffer].channels).sum();
-                let channels = [in_channels, plan.buffers[*output].channels];
-                match winograd::pays(channels, shape) && recipe.arithmetic.packed() <= 2 {
-                    true => Self::Winograd(Winograd::new(recipe, step)?),
-                    false => Self::Conv(Conv::new(recipe, step)?),
-                }
-            }
-            Step::Head(HeadStep { name, input, guide, patch, kernel, base }) => {
-                Self::Head(Box::new(Head::new(recipe, (name, [*input, *guide], *patch, *kernel), *base)?))
-            }
+            Step::Conv(step) => match winograd::pays(plan, step) && recipe.arithmetic.packed() <= 2 {
+                true => Self::Winograd(Winograd::new(recipe, step)?),
+                false => Self::Conv(Conv::new(recipe, step)?),
+            },
+            Step::Head(step) => Self::Head(Box::new(Head::new(recipe, step)?)),
             Step::Image { input } => Self::Image(Image { input: buffer(*input) }),
         })
     }

@@ -1,20 +1,21 @@
-//! 3x3 convolution by Winograd's minimal filtering: a quarter of the multiplications. See [`crate::net::Op::Conv`].
+//! 3x3 convolution by Winograd's minimal filtering: a quarter of the multiplications. See [`crate::net::graph::Op::Conv`].
 //!
 //! Inputs become vectors of products' factors square by square, a few squares at a time so that they stay in the caches;
 //! then every one of the 36 products is a small matrix multiplication over the channels.
 
+use super::context::Context;
 use super::dot::{Dot, DotKernel, Exact};
 use super::precision::Arithmetic;
-use super::recipe::{ConvStep, Recipe};
+use super::recipe::Recipe;
 use super::resample::repeat_ends;
 use super::ring::{self, Input, Ring};
-use super::winograd_squares::{Factors, Lines};
+use super::winograd_squares::{Factors, Lines, Outputs, Squares};
 use super::winograd_transforms::{IN, OUT, PRODUCTS};
 use super::winograd_weights::{self, Group};
 use crate::error::Result;
-use crate::net::plan::{Buffer, CHANNEL_BLOCK, HALO};
+use crate::net::plan::{Buffer, CHANNEL_BLOCK, ConvStep, HALO, Plan};
 use crate::simd::Simd;
-use crate::threads::{Band, Workers};
+use crate::threads::Band;
 
 /// Most squares of a row that are transformed together: with 64 channels their factors and products take 0.4 MiB.
 const MAX_SQUARES: usize = 24;
@@ -37,20 +38,22 @@ pub(super) struct Winograd {
     block_channels: Vec<usize>,
 }
 
-/// Whether a convolution of these channels, filter size and groups is faster this way.
-pub(super) fn pays([in_channels, out_channels]: [usize; 2], [size, groups]: [usize; 2]) -> bool {
-    size == 3 && groups == 1 && in_channels.min(out_channels) >= MIN_CHANNELS
+/// Whether a convolution is faster this way.
+pub(super) fn pays(plan: &Plan, step: &ConvStep) -> bool {
+    let in_channels = step.sources.iter().map(|source| plan.buffers[source.buffer].channels).sum::<usize>();
+    let out_channels = plan.buffers[step.output].channels;
+    step.size == 3 && step.groups == 1 && in_channels.min(out_channels) >= MIN_CHANNELS
 }
 
 impl Winograd {
     /// # Errors
     /// When there is not enough memory.
-    pub(super) fn new(recipe: &Recipe<'_>, step: ConvStep<'_>) -> Result<Self> {
-        let (name, sources, output, _, activation) = step;
+    pub(super) fn new(recipe: &Recipe<'_>, step: &ConvStep) -> Result<Self> {
+        let ConvStep { name, sources, activation, .. } = step;
         let arithmetic = recipe.arithmetic;
         let lanes = arithmetic.lanes();
-        let output = recipe.plan.buffers[output].clone();
-        let inputs = recipe.inputs(sources, (output.width, Arithmetic::F32(arithmetic.isa())))?;
+        let output = recipe.plan.buffers[step.output].clone();
+        let inputs = recipe.inputs(sources, output.width, Arithmetic::F32(arithmetic.isa()))?;
         let blocks = |input: &Input| {
             let channels = input.buffer.channels;
             (0..channels).step_by(lanes).map(move |first| lanes.min(channels - first))
@@ -78,11 +81,12 @@ impl Winograd {
     }
 
     /// Runs over the arena.
-    pub(super) fn run(&self, workers: &mut Workers, arena: &mut [f32]) {
+    pub(super) fn run(&self, context: Context<'_>) {
+        let Context { workers, arena, .. } = context;
         let (out, sources) = ring::borrow(arena, &self.output, &self.inputs);
         let band_rows =
             self.output.height.div_ceil(workers.threads() * BANDS_PER_THREAD).next_multiple_of(OUT);
-        workers.for_each_band_of(out, (band_rows, self.output.row_len()), |band| {
+        workers.for_each_band_of(out, band_rows, self.output.row_len(), |band| {
             self.arithmetic.run_floats(WinogradBand {
                 conv: self,
                 sources: &sources[..self.inputs.len()],
@@ -111,13 +115,13 @@ impl DotKernel for WinogradBand<'_> {
             let y = band.first + i * OUT;
             let rows = std::array::from_fn(|i| (y + i).saturating_sub(HALO).min(conv.output.height - 1));
             for ((input, source), ring) in conv.inputs.iter().zip(sources).zip(&mut rings) {
-                ring.fill(Exact(dot.simd()), input, source, (rows, conv.output.width));
+                ring.fill(Exact(dot.simd()), input, source, rows);
             }
             let inputs = [0, 1].map(|i| {
                 let i = i.min(conv.inputs.len() - 1);
                 rows.map(|y| rings[i].row(&conv.inputs[i], sources[i], y))
             });
-            conv.rows(dot, &inputs[..conv.inputs.len()], (squares, out));
+            conv.rows(dot, &inputs[..conv.inputs.len()], squares, out);
         }
     }
 }
@@ -125,27 +129,28 @@ impl DotKernel for WinogradBand<'_> {
 impl Winograd {
     /// Up to four rows of output, from six of every input.
     #[inline(always)]
-    fn rows<D: Dot>(&self, dot: D, inputs: &[Lines<'_>], (scratch, out): (&mut [f32], &mut [f32])) {
+    fn rows<D: Dot>(&self, dot: D, inputs: &[Lines<'_>], scratch: &mut [f32], out: &mut [f32]) {
         let width = self.output.width;
         let all = width.div_ceil(OUT);
         let chunks = all.div_ceil(MAX_SQUARES);
         for chunk in 0..chunks {
-            let squares = chunk * all / chunks..(chunk + 1) * all / chunks;
-            let mut factors = Factors::new::<D>(scratch, self.block_channels.len(), squares.len());
+            let [first, end] = [chunk, chunk + 1].map(|chunk| chunk * all / chunks);
+            let squares = Squares { first, count: end - first, width };
+            let mut factors = Factors::new::<D>(scratch, &self.block_channels, squares);
             let mut first_block = 0;
             for (lines, input) in inputs.iter().zip(&self.inputs) {
                 let blocks = first_block..first_block + input.buffer.channels.div_ceil(D::Simd::LANES);
                 first_block = blocks.end;
-                factors.fill(dot, (lines, blocks), (squares.start, width));
+                factors.fill(dot, lines, blocks);
             }
             let (factors, mut products) = factors.then_products::<D>(self.out_vectors());
             let mut first_vector = 0;
             for group in &self.groups {
-                products.fill(dot, &factors, (group, &self.block_channels, first_vector));
+                products.fill(dot, &factors, group, first_vector);
                 first_vector += group.vectors;
             }
-            let biases = self.groups.iter().flat_map(|group| group.bias.chunks_exact(D::Simd::LANES));
-            products.write(dot.simd(), (biases, self.slope), (squares.start, &self.output), out);
+            let output = Outputs { groups: &self.groups, slope: self.slope, row_len: self.output.row_len() };
+            products.write(dot.simd(), &output, out);
         }
         for row in out.chunks_exact_mut(self.output.row_len()) {
             repeat_ends(dot.simd(), row, width);

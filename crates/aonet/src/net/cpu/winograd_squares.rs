@@ -4,51 +4,69 @@ use super::conv_tile::tile_len;
 use super::dot::Dot;
 use super::winograd_transforms::{IN, OUT, PRODUCTS, input, output};
 use super::winograd_weights::Group;
-use crate::net::plan::{Buffer, CHANNEL_BLOCK, HALO};
+use crate::net::plan::{CHANNEL_BLOCK, HALO};
 use crate::simd::Simd;
 use std::ops::Range;
 
 /// Six neighbouring rows of one input, edges repeated.
 pub(super) type Lines<'a> = [&'a [f32]; IN];
 
+/// Neighbouring squares of a row.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Squares {
+    /// Index of the first square.
+    pub(super) first: usize,
+    pub(super) count: usize,
+    /// Width of the row (px).
+    pub(super) width: usize,
+}
+
+/// How products become a blocked image.
+pub(super) struct Outputs<'a> {
+    /// Their biases are added.
+    pub(super) groups: &'a [Group],
+    /// Factor of negative results.
+    pub(super) slope: f32,
+    /// Values in a row of the image.
+    pub(super) row_len: usize,
+}
+
 /// Inputs at the points: by product, block of channels, square, channel.
 pub(super) struct Factors<'a> {
     values: &'a mut [f32],
     rest: &'a mut [f32],
-    squares: usize,
+    /// Channels of every block.
+    block_channels: &'a [usize],
+    squares: Squares,
     /// From product to product: not a power of two, for the caches' sake.
     pitch: usize,
 }
 
 impl<'a> Factors<'a> {
-    /// Of `squares` squares with `blocks` blocks of channels, in memory that is long enough.
-    pub(super) fn new<D: Dot>(scratch: &'a mut [f32], blocks: usize, squares: usize) -> Self {
-        let pitch = blocks * squares * (D::Simd::LANES / D::PACKED) + CHANNEL_BLOCK;
+    /// Factors of inputs in blocks of these channels, in memory that is long enough.
+    pub(super) fn new<D: Dot>(scratch: &'a mut [f32], block_channels: &'a [usize], squares: Squares) -> Self {
+        let pitch = block_channels.len() * squares.count * (D::Simd::LANES / D::PACKED) + CHANNEL_BLOCK;
         let (values, rest) = scratch.split_at_mut(PRODUCTS * pitch);
-        Self { values, rest, squares, pitch }
+        Self { values, rest, block_channels, squares, pitch }
     }
 
-    /// Transforms an input, whose blocks become `blocks` of all blocks, from square `first` of a row on.
+    /// Transforms an input, whose blocks become `blocks` of all blocks.
     #[inline(always)]
-    pub(super) fn fill<D: Dot>(
-        &mut self,
-        dot: D,
-        (lines, blocks): (&Lines<'_>, Range<usize>),
-        (first, width): (usize, usize),
-    ) {
+    pub(super) fn fill<D: Dot>(&mut self, dot: D, lines: &Lines<'_>, blocks: Range<usize>) {
+        let Squares { first, count, width } = self.squares;
         let pitch = (width + 2 * HALO) * D::Simd::LANES;
         for (i, block) in blocks.enumerate() {
             let line = |y: usize| &lines[y][i * pitch..][..pitch];
             let lines = [line(0), line(1), line(2), line(3), line(4), line(5)];
-            for square in 0..self.squares {
-                let to = (block * self.squares + square) * (D::Simd::LANES / D::PACKED);
-                self.square(dot, &lines, ((first + square) * OUT, to));
+            for square in 0..count {
+                let to = (block * count + square) * (D::Simd::LANES / D::PACKED);
+                self.square(dot, &lines, (first + square) * OUT, to);
             }
         }
     }
 
     #[inline(always)]
-    fn square<D: Dot>(&mut self, dot: D, lines: &Lines<'_>, (x, to): (usize, usize)) {
+    fn square<D: Dot>(&mut self, dot: D, lines: &Lines<'_>, x: usize, to: usize) {
         let (simd, lanes) = (dot.simd(), D::Simd::LANES);
         let last = lines[0].len() - lanes;
         let mut columns = [[simd.splat(0.0); IN]; IN];
@@ -69,36 +87,32 @@ impl<'a> Factors<'a> {
 
     /// Room for the products of the same squares with `vectors` vectors of output channels.
     pub(super) fn then_products<D: Dot>(self, vectors: usize) -> (Self, Products<'a>) {
-        let Self { values, rest, squares, pitch } = self;
-        let products_pitch = vectors * squares * D::Simd::LANES + CHANNEL_BLOCK;
+        let Self { values, rest, block_channels, squares, pitch } = self;
+        let products_pitch = vectors * squares.count * D::Simd::LANES + CHANNEL_BLOCK;
         let products =
             Products { values: &mut rest[..PRODUCTS * products_pitch], squares, pitch: products_pitch };
-        (Self { values, rest: &mut [], squares, pitch }, products)
+        (Self { values, rest: &mut [], block_channels, squares, pitch }, products)
     }
 }
 
 /// Sums over the input channels: by product, vector of output channels, square, channel.
 pub(super) struct Products<'a> {
     values: &'a mut [f32],
-    squares: usize,
+    squares: Squares,
     pitch: usize,
 }
 
 impl Products<'_> {
     /// Multiplies the factors with the weights of a group of outputs, whose first vector is number `first_vector`.
     #[inline(always)]
-    pub(super) fn fill<D: Dot>(
-        &mut self,
-        dot: D,
-        factors: &Factors<'_>,
-        (group, block_channels, first_vector): (&Group, &[usize], usize),
-    ) {
+    pub(super) fn fill<D: Dot>(&mut self, dot: D, factors: &Factors<'_>, group: &Group, first_vector: usize) {
+        let (squares, block_channels) = (self.squares.count, factors.block_channels);
         let weights_len = group.weights.len() / PRODUCTS;
         let products =
             self.values.chunks_exact_mut(self.pitch).zip(factors.values.chunks_exact(factors.pitch));
         for ((sums, factors), weights) in products.zip(group.weights.chunks_exact(weights_len)) {
-            let sums = &mut sums[first_vector * self.squares * D::Simd::LANES..];
-            let product = Product { factors, weights, block_channels, squares: self.squares };
+            let sums = &mut sums[first_vector * squares * D::Simd::LANES..];
+            let product = Product { factors, weights, block_channels, squares };
             match group.vectors {
                 1 => product.run::<D, 1>(dot, sums),
                 2 => product.run::<D, 2>(dot, sums),
@@ -108,25 +122,21 @@ impl Products<'_> {
         }
     }
 
-    /// Writes what the squares from `first` on give to `rows` of a blocked image.
+    /// Writes the outputs of the squares to `rows` of a blocked image.
     #[inline(always)]
-    pub(super) fn write<'b, S: Simd>(
-        &self,
-        simd: S,
-        (biases, slope): (impl Iterator<Item = &'b [f32]>, f32),
-        (first, image): (usize, &Buffer),
-        rows: &mut [f32],
-    ) {
-        let pitch = (image.width + 2 * HALO) * S::LANES;
-        let slope = simd.splat(slope);
+    pub(super) fn write<S: Simd>(&self, simd: S, outputs: &Outputs<'_>, rows: &mut [f32]) {
+        let Squares { first, count, width } = self.squares;
+        let pitch = (width + 2 * HALO) * S::LANES;
+        let slope = simd.splat(outputs.slope);
+        let biases = outputs.groups.iter().flat_map(|group| group.bias.chunks_exact(S::LANES));
         for (vector, bias) in biases.enumerate() {
             let bias = simd.load(bias);
-            for square in 0..self.squares {
-                let from = (vector * self.squares + square) * S::LANES;
+            for square in 0..count {
+                let from = (vector * count + square) * S::LANES;
                 let x = (first + square) * OUT;
-                let pixels = (image.width - x).min(OUT);
+                let pixels = (width - x).min(OUT);
                 let values = self.square(simd, from);
-                for (row, out) in values.iter().zip(rows.chunks_exact_mut(image.row_len())) {
+                for (row, out) in values.iter().zip(rows.chunks_exact_mut(outputs.row_len)) {
                     let out = &mut out[vector * pitch + (x + HALO) * S::LANES..][..pixels * S::LANES];
                     for (value, out) in row.iter().zip(out.chunks_exact_mut(S::LANES)) {
                         let value = simd.add(*value, bias);
@@ -168,14 +178,12 @@ impl Product<'_> {
         while first < self.squares {
             let squares = tile_len::<D>(N, self.squares - first);
             match squares {
-                12 if const { 12 * N <= D::Simd::ACCUMULATORS } => {
-                    self.squares::<D, N, 12>(dot, (first, sums))
-                }
-                8 if const { 8 * N <= D::Simd::ACCUMULATORS } => self.squares::<D, N, 8>(dot, (first, sums)),
-                6 if const { 6 * N <= D::Simd::ACCUMULATORS } => self.squares::<D, N, 6>(dot, (first, sums)),
-                4 => self.squares::<D, N, 4>(dot, (first, sums)),
-                2 => self.squares::<D, N, 2>(dot, (first, sums)),
-                1 => self.squares::<D, N, 1>(dot, (first, sums)),
+                12 if const { 12 * N <= D::Simd::ACCUMULATORS } => self.squares::<D, N, 12>(dot, first, sums),
+                8 if const { 8 * N <= D::Simd::ACCUMULATORS } => self.squares::<D, N, 8>(dot, first, sums),
+                6 if const { 6 * N <= D::Simd::ACCUMULATORS } => self.squares::<D, N, 6>(dot, first, sums),
+                4 => self.squares::<D, N, 4>(dot, first, sums),
+                2 => self.squares::<D, N, 2>(dot, first, sums),
+                1 => self.squares::<D, N, 1>(dot, first, sums),
                 n => unreachable!("{n} squares in registers"),
             }
             first += squares;
@@ -183,7 +191,7 @@ impl Product<'_> {
     }
 
     #[inline(always)]
-    fn squares<D: Dot, const N: usize, const P: usize>(&self, dot: D, (first, out): (usize, &mut [f32])) {
+    fn squares<D: Dot, const N: usize, const P: usize>(&self, dot: D, first: usize, out: &mut [f32]) {
         let (simd, lanes, words) = (dot.simd(), D::Simd::LANES, D::Simd::LANES / D::PACKED);
         let mut sums = [[dot.zero(); P]; N];
         let mut weights = self.weights;

@@ -3,6 +3,7 @@
 use super::conv_weights::split_vectors;
 use super::packing;
 use super::precision::Arithmetic;
+use super::recipe::Parameters;
 use super::winograd_transforms::{PRODUCTS, filter};
 use crate::error::Result;
 use crate::simd::aligned::Aligned;
@@ -18,15 +19,16 @@ pub(super) struct Group {
     pub(super) bias: Aligned,
 }
 
-/// The filters of a 3x3 convolution, from OIHW `weight`, for inputs in blocks of these channels.
+/// The filters of a 3x3 convolution, for inputs in blocks of these channels.
 ///
 /// # Errors
 /// When there is not enough memory.
 pub(super) fn pack(
-    (weight, bias): (&[f32], &[f32]),
+    parameters: Parameters<'_>,
     block_channels: &[usize],
     arithmetic: Arithmetic,
 ) -> Result<Vec<Group>> {
+    let Parameters { weight, bias } = parameters;
     let packed = arithmetic.packed();
     let inputs: usize = block_channels.iter().sum();
     let words: usize = block_channels.iter().map(|channels| channels.div_ceil(packed)).sum();

@@ -71,8 +71,9 @@ fn share(tensors: &[Buffer], bytes: impl Fn(&Buffer) -> usize) -> (Vec<usize>, V
 mod tests {
     use super::*;
     use crate::frame::size::Size;
+    use crate::net::ModelConfig;
+    use crate::net::graph::Graph;
     use crate::net::plan::Plan;
-    use crate::net::{Graph, ModelConfig};
 
     #[test]
     fn tensors_of_one_buffer_never_live_at_once() {

@@ -178,7 +178,7 @@ fn weights(shape: [usize; 4]) -> Weights {
     let (mut graph, input) = Graph::with_input(shape[1]);
     let name = "conv".to_owned();
     graph.push(Op::Conv { input, name, size: shape[2], groups: 1, activation: Activation::Linear }, shape[0]);
-    let tensor = |spec: crate::net::ParamSpec| {
+    let tensor = |spec: crate::net::graph::ParamSpec| {
         let count = spec.shape.iter().product();
         (spec.name, Tensor { values: (0..count).map(|i| noise(i, count)).collect(), shape: spec.shape })
     };

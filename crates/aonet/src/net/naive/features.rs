@@ -10,11 +10,7 @@ use crate::net::config::{Channel, Features};
 ///
 /// # Panics
 /// When a channel shows a search and `search` is none.
-pub fn features(
-    features: &Features,
-    (gbuffer, params): (&GBuffer, AoParams),
-    search: Option<&Planes>,
-) -> Planes {
+pub fn features(features: &Features, gbuffer: &GBuffer, params: AoParams, search: Option<&Planes>) -> Planes {
     let lens = Lens::new(gbuffer);
     let foreground = || gbuffer.depth().iter().filter(|depth| depth.is_finite());
     let nearest = foreground().copied().fold(f32::INFINITY, f32::min);

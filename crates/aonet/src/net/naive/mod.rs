@@ -5,6 +5,7 @@
 mod features;
 mod filter;
 mod lens;
+mod screen;
 mod search;
 #[cfg(test)]
 mod tests;
@@ -92,7 +93,7 @@ impl From<Planes> for Inputs {
 /// # Errors
 /// When the frame's size is out of range.
 pub fn run(model: &Model, gbuffer: &GBuffer, params: AoParams) -> Result<AoImage> {
-    run_with_search(model, (gbuffer, params), search(model, gbuffer, params).as_ref())
+    run_with_search(model, gbuffer, params, search(model, gbuffer, params).as_ref())
 }
 
 /// The same with what the search found; none for a network without a search.
@@ -104,10 +105,11 @@ pub fn run(model: &Model, gbuffer: &GBuffer, params: AoParams) -> Result<AoImage
 /// When the network has a search and `search` is none, or of another size than the frame.
 pub fn run_with_search(
     model: &Model,
-    (gbuffer, params): (&GBuffer, AoParams),
+    gbuffer: &GBuffer,
+    params: AoParams,
     search: Option<&Planes>,
 ) -> Result<AoImage> {
-    let features = features::features(&model.config().features, (gbuffer, params), search);
+    let features = features::features(&model.config().features, gbuffer, params, search);
     let inputs = Inputs { features, search: search.cloned() }.padded(model.graph().alignment());
     let output = evaluate(model, &inputs);
     let width = gbuffer.width();
@@ -127,7 +129,7 @@ pub fn search(model: &Model, gbuffer: &GBuffer, params: AoParams) -> Option<Plan
 /// What the network reads of a frame, padded to the graph's alignment by repeating the edge.
 pub fn inputs(model: &Model, gbuffer: &GBuffer, params: AoParams) -> Inputs {
     let search = search(model, gbuffer, params);
-    let features = features::features(&model.config().features, (gbuffer, params), search.as_ref());
+    let features = features::features(&model.config().features, gbuffer, params, search.as_ref());
     Inputs { features, search }.padded(model.graph().alignment())
 }
 

@@ -4,7 +4,7 @@
 //! light of Jimenez et al. 2016, Eq. 7. Where a tap raises the horizon, the light of that rise is lost, the less of it the
 //! farther away the tap is.
 
-use super::lens::Lens;
+use super::screen::Screen;
 use super::{Planes, filter};
 use crate::frame::ao_image::AoParams;
 use crate::frame::gbuffer::GBuffer;
@@ -21,24 +21,17 @@ const MOST_AVERTED: f64 = -0.25;
 /// 1xHxW visibility that a search finds, its filter included.
 pub(super) fn search(config: &SearchConfig, gbuffer: &GBuffer, params: AoParams) -> Planes {
     let SearchConfig::Agtao(agtao) = config;
-    let frame = Frame { gbuffer, lens: Lens::new(gbuffer), radius: f64::from(params.radius()) };
+    let screen = Screen::new(gbuffer, params);
     let mut visibility = Planes::from_fn((1, gbuffer.height(), gbuffer.width()), |_, y, x| {
         match gbuffer.is_foreground(y * gbuffer.width() + x) {
-            true => frame.visibility(agtao, x, y) as f32,
+            true => screen.visibility(agtao, x, y) as f32,
             false => 1.0,
         }
     });
     for _ in 0..agtao.denoise_passes {
-        visibility = filter::filter(&frame, (agtao.denoise_plane, agtao.denoise_normal), &visibility);
+        visibility = filter::filter(&screen, agtao.denoise(), &visibility);
     }
     visibility
-}
-
-/// A frame, its camera and the AO radius (world units).
-pub(super) struct Frame<'a> {
-    pub(super) gbuffer: &'a GBuffer<'a>,
-    pub(super) lens: Lens,
-    pub(super) radius: f64,
 }
 
 /// A plane through a pixel and the viewer.
@@ -91,15 +84,7 @@ impl Slice {
     }
 }
 
-impl Frame<'_> {
-    pub(super) fn depth(&self, x: usize, y: usize) -> f64 {
-        f64::from(self.gbuffer.depth()[y * self.gbuffer.width() + x])
-    }
-
-    pub(super) fn normal(&self, x: usize, y: usize) -> DVec3 {
-        DVec3::from(self.gbuffer.normal()[y * self.gbuffer.width() + x].map(f64::from))
-    }
-
+impl Screen<'_> {
     /// Visibility of a pixel before the filter.
     fn visibility(&self, params: &AgtaoParams, x: usize, y: usize) -> f64 {
         let (normal, viewer) = (self.normal(x, y), self.lens.to_viewer(x, y));
@@ -109,16 +94,16 @@ impl Frame<'_> {
             let angle = (turn + f64::from(s)) * PI / f64::from(params.slices);
             let slice = Slice::new(normal, viewer, angle);
             let jitter = (jitter + f64::from(s) * 0.618_034).fract();
-            lost += slice.normal_length * self.lost(params, (x, y), &slice, jitter);
+            lost += slice.normal_length * self.lost(params, [x, y], &slice, jitter);
             open += slice.normal_length * slice.open();
         }
         (1.0 - lost / open.max(1e-6)).clamp(0.0, 1.0).powf(f64::from(params.power))
     }
 
     /// Light of a slice that occluders on both sides take.
-    fn lost(&self, params: &AgtaoParams, pixel: (usize, usize), slice: &Slice, jitter: f64) -> f64 {
+    fn lost(&self, params: &AgtaoParams, pixel: [usize; 2], slice: &Slice, jitter: f64) -> f64 {
         let radius = self.radius * f64::from(params.radius_scale);
-        let reach_px = self.lens.projected_px(radius, self.depth(pixel.0, pixel.1));
+        let reach_px = self.lens.projected_px(radius, self.depth(pixel[0], pixel[1]));
         let bias = f64::from(params.angle_bias).to_radians();
         let mut horizons = [1.0, -1.0].map(|sign| (sign, slice.lowest(bias, sign)));
         let mut lost = 0.0;
@@ -141,9 +126,9 @@ impl Frame<'_> {
         lost
     }
 
-    /// From the pixel to what the pixel nearest to so many pixels, by their height, along the slice shows; none outside the frame and on the
-    /// background.
-    fn tap(&self, (x, y): (usize, usize), slice: &Slice, pixels: f64) -> Option<DVec3> {
+    /// The way from the pixel to the surface of a tap, which is the pixel nearest to a point of the slice that is `pixels` heights of a
+    /// pixel away. None outside the frame and on the background.
+    fn tap(&self, [x, y]: [usize; 2], slice: &Slice, pixels: f64) -> Option<DVec3> {
         let [right, up] = [slice.direction[0] * self.lens.columns_for_a_row(), slice.direction[1]]
             .map(|d| (d * pixels).round_ties_even());
         let (column, row) = (x as f64 + right, y as f64 - up);

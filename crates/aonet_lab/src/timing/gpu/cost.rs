@@ -4,9 +4,8 @@ use crate::timing::ops;
 use crate::timing::searches::{FILTER_FLOP, SearchCost, parameter, search_cost};
 use aonet::Size;
 use aonet::gpu::Precision;
-use aonet::net::config::Channel;
-use aonet::net::plan::{BufferId, ConvStep, HeadStep, Plan, Step};
-use aonet::net::{KernelWeights, Model};
+use aonet::internals::plan::{BufferId, ConvStep, HeadStep, Plan, Step};
+use aonet::net::{Channel, KernelWeights, Model};
 use aonet::search::Classic;
 use serde::Serialize;
 

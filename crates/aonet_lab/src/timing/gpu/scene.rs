@@ -1,8 +1,8 @@
 //! Textures of the timed frame, as in a renderer.
 
 use crate::timing::{RADIUS, bump};
-use aonet::gpu::bind::extent;
 use aonet::gpu::{DepthEncoding, Device, Frame, Options, Precision, Textures, wgpu};
+use aonet::internals::gpu::bind::extent;
 use aonet::{AoParams, GBuffer, Size};
 use aonet_scene::Result;
 use half::f16;

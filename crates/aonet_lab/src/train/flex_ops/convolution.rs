@@ -5,7 +5,8 @@
 use super::Values;
 use super::bordered::Rows;
 use super::direct::{self, Direct, Filter};
-use aonet::simd::{Isa, Level};
+use aonet::internals::simd::Isa;
+use aonet::simd::Level;
 
 /// Floats of the unfolded image that are processed at a time: 1 MiB stays in the cache.
 const BLOCK: usize = 1 << 18;

@@ -2,7 +2,7 @@
 //! stay in registers.
 
 use super::bordered::{Beyond, Bordered, Rows};
-use aonet::simd::{Isa, Kernel, Simd};
+use aonet::internals::simd::{Isa, Kernel, Simd};
 use std::ops::Range;
 
 /// Side of the filter.

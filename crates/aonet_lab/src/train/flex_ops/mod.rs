@@ -11,7 +11,7 @@ mod resample;
 #[cfg(test)]
 mod tests;
 
-use aonet::net::kernel::TAPS;
+use aonet::internals::kernel::TAPS;
 use burn::backend::autodiff::checkpoint::base::Checkpointer;
 use burn::backend::autodiff::checkpoint::strategy::CheckpointStrategy;
 use burn::backend::autodiff::grads::Gradients;

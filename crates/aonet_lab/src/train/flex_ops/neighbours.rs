@@ -1,7 +1,7 @@
 //! Kernel prediction: the values that a pixel's kernel weighs.
 
 use super::{Values, floats};
-use aonet::net::kernel::{FIRST_TAP, GUIDE_CHANNELS, TAPS, WINDOW};
+use aonet::internals::kernel::{FIRST_TAP, GUIDE_CHANNELS, TAPS, WINDOW};
 
 /// The neighbourhoods of a guide image, sorted so that pixels at the same position of their patches are adjacent.
 pub(super) struct Neighbours {

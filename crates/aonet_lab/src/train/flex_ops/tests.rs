@@ -3,7 +3,8 @@
 use super::convolution::{Convolution, Wanted, Way};
 use super::direct::Filter;
 use super::resample::Resample;
-use aonet::simd::{Isa, Level};
+use aonet::internals::simd::Isa;
+use aonet::simd::Level;
 
 /// Rounding of f32 sums, beside the largest value; measured 8e-7, allowed ten times that.
 const ROUNDING: f64 = 8e-6;

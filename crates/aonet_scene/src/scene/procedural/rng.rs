@@ -1,6 +1,6 @@
 //! Seeded randomness that is the same everywhere: integer arithmetic and exactly rounded floats only.
 
-use aonet::random::{SplitMix64, mix};
+use aonet::internals::random::{SplitMix64, mix};
 use glam::{Vec2, Vec3};
 use std::f32::consts::TAU;
 

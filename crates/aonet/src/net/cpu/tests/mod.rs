@@ -3,6 +3,7 @@
 mod packed;
 
 use crate::net::config::{KernelWeights, Output};
+use crate::net::cpu::context::Context;
 use crate::net::cpu::conv::Conv;
 use crate::net::cpu::head::Head;
 use crate::net::cpu::precision::{Arithmetic, Precision};
@@ -11,7 +12,7 @@ use crate::net::cpu::winograd::Winograd;
 use crate::net::graph::{Activation, Graph, Op};
 use crate::net::model::Ranges;
 use crate::net::naive::{self, Planes};
-use crate::net::plan::{Buffer, HALO, Layout, Lifetime, Plan, Resample, Source};
+use crate::net::plan::{Buffer, ConvStep, HALO, HeadStep, Layout, Lifetime, Plan, Resample, Source};
 use crate::net::weights::{Tensor, Weights};
 use crate::simd::aligned::Aligned;
 use crate::simd::{Isa, Level};
@@ -100,7 +101,7 @@ fn weights(shape: [usize; 4]) -> Weights {
     let (mut graph, input) = Graph::with_input(shape[1]);
     let name = "conv".to_owned();
     graph.push(Op::Conv { input, name, size: shape[2], groups: 1, activation: Activation::Linear }, shape[0]);
-    let tensor = |spec: crate::net::ParamSpec| {
+    let tensor = |spec: crate::net::graph::ParamSpec| {
         let count = spec.shape.iter().product();
         (spec.name, Tensor { values: (0..count).map(|i| noise(i, count)).collect(), shape: spec.shape })
     };
@@ -145,11 +146,18 @@ fn check_conv(
     let expected = naive::conv(&joined, (w, b, size), out.1);
     for level in Level::available() {
         let isa = Isa::new(level).unwrap();
-        let step = ("conv", &sources[..], inputs.len(), [size, groups], out.1);
+        let step = ConvStep {
+            name: "conv".to_owned(),
+            sources: sources.clone(),
+            output: inputs.len(),
+            size,
+            groups,
+            activation: out.1,
+        };
         let output = plan.buffers.last().unwrap();
         let with_halo =
             Planes::from_fn((out.0, height, width + 2), |c, y, x| expected.at(c, y as isize, x as isize - 1));
-        let check = |scratch_len: usize, run: &dyn Fn(&mut Workers, &mut [f32]), max_nmse: f64| {
+        let check = |scratch_len: usize, run: &dyn Fn(Context<'_>), max_nmse: f64| {
             let mut arena = Aligned::zeros(arena_len + GUARD.len()).unwrap();
             arena.fill(f32::NAN);
             for (image, buffer) in images.iter().zip(&plan.buffers) {
@@ -157,7 +165,7 @@ fn check_conv(
             }
             let before = arena.to_vec();
             let mut workers = Workers::new(2, scratch_len).unwrap();
-            run(&mut workers, &mut arena);
+            run(Context { isa, workers: &mut workers, arena: &mut arena });
             let found = Planes::from_fn((out.0, height, width + 2), |c, y, x| {
                 arena[index(output, isa.lanes(), (c, y, x as isize - 1))]
             });
@@ -169,11 +177,11 @@ fn check_conv(
         };
         let arithmetic = Arithmetic::F32(isa);
         let recipe = Recipe { plan: &plan, weights: &weights, arithmetic, ranges: Option::None };
-        let conv = Conv::new(&recipe, step).unwrap();
-        check(conv.scratch_len(), &|workers, arena| conv.run(workers, arena), MAX_NMSE);
+        let conv = Conv::new(&recipe, &step).unwrap();
+        check(conv.scratch_len(), &|context| conv.run(context), MAX_NMSE);
         if size == 3 && groups == 1 {
-            let conv = Winograd::new(&recipe, step).unwrap();
-            check(conv.scratch_len(), &|workers, arena| conv.run(workers, arena), MAX_WINOGRAD_NMSE);
+            let conv = Winograd::new(&recipe, &step).unwrap();
+            check(conv.scratch_len(), &|context| conv.run(context), MAX_WINOGRAD_NMSE);
         }
     }
 }
@@ -238,12 +246,21 @@ fn wall(width: usize, height: usize) -> GBuffer<'static> {
     GBuffer::new(camera, depth, vec![[0.0, 0.0, 1.0]; width * height]).unwrap()
 }
 
-fn check_head(
+/// A head and an image.
+#[derive(Debug, Clone, Copy)]
+struct HeadCase {
+    /// Of the head's input.
     channels: usize,
-    (patch, kernel, output): (usize, KernelWeights, Output),
-    (width, height): (usize, usize),
-) {
-    let what = format!("{channels} channels, patches of {patch}, {kernel:?}, {output:?}, {width}x{height}");
+    /// Side of a patch (px).
+    patch: usize,
+    kernel: KernelWeights,
+    output: Output,
+    size: Size,
+}
+
+fn check_head(case: HeadCase) {
+    let HeadCase { channels, patch, kernel, output, size } = case;
+    let (width, height) = (size.width(), size.height());
     let cells = (height.div_ceil(patch), width.div_ceil(patch));
     let features = planes((channels, cells.0, cells.1), 1);
     let guide = planes((3, cells.0 * patch, cells.1 * patch), 2);
@@ -282,18 +299,20 @@ fn check_head(
     let ranges = Ranges::from([("features".to_owned(), vec![[-1.0, 1.0]; channels])]);
     let check = |arithmetic: Arithmetic, unwritten: f32, max_nmse: f64| {
         let recipe = Recipe { plan: &plan, weights: &weights, arithmetic, ranges: Some(&ranges) };
-        let head = Head::new(&recipe, ("conv", [0, 1], patch, kernel), corrected).unwrap();
+        let step = HeadStep { name: "conv".to_owned(), input: 0, guide: 1, patch, kernel, base: corrected };
+        let head = Head::new(&recipe, &step).unwrap();
         let mut arena = Aligned::zeros(arena_len).unwrap();
         arena.fill(unwritten);
         put(&features, &plan.buffers[0], arithmetic.lanes(), &mut arena);
         put(&naive::patch_partition(&guide, patch), &plan.buffers[1], arithmetic.lanes(), &mut arena);
         arena[plan.buffers[2].range()].copy_from_slice(&base);
         let mut workers = Workers::new(2, head.scratch_len()).unwrap();
-        let mut image = AoImage::open(Size::px(width, height));
+        let mut image = AoImage::open(size);
         image.visibility_mut().fill(f32::NAN);
-        head.run((&mut workers, &arena), (&gbuffer, &mut image));
+        let context = Context { isa: arithmetic.isa(), workers: &mut workers, arena: &mut arena };
+        head.run(context, &gbuffer, &mut image);
         let error = nmse(image.visibility(), &expected);
-        assert!(error <= max_nmse, "{arithmetic:?} {what}: NMSE {error:e}, at most {max_nmse:e}");
+        assert!(error <= max_nmse, "{arithmetic:?} {case:?}: NMSE {error:e}, at most {max_nmse:e}");
     };
     for level in Level::available() {
         check(Arithmetic::F32(Isa::new(level).unwrap()), f32::NAN, MAX_NMSE);
@@ -310,13 +329,15 @@ fn heads() {
     for patch in [1, 2, 4, 8] {
         for kernel in [Off, Linear, Softmax] {
             for output in [Output::Visibility, Output::Correction] {
-                check_head(5, (patch, kernel, output), (70, 11));
+                check_head(HeadCase { channels: 5, patch, kernel, output, size: Size::px(70, 11) });
             }
         }
     }
-    for size in [(1, 1), (4, 4), (3, 9), (64, 4), (65, 5), (129, 4), (260, 3)] {
-        check_head(17, (4, Linear, Output::Visibility), size);
-        check_head(32, (1, Linear, Output::Visibility), size);
+    for (width, height) in [(1, 1), (4, 4), (3, 9), (64, 4), (65, 5), (129, 4), (260, 3)] {
+        for (channels, patch) in [(17, 4), (32, 1)] {
+            let (output, size) = (Output::Visibility, Size::px(width, height));
+            check_head(HeadCase { channels, patch, kernel: Linear, output, size });
+        }
     }
 }
 

@@ -3,7 +3,7 @@
 use super::*;
 use crate::net::cpu::Precision;
 use crate::net::cpu::dot::{Dot, DotKernel};
-use crate::net::cpu::packing::{self, Steps};
+use crate::net::cpu::packing::{self, Packing, Steps};
 use crate::net::cpu::ring::{Input, Ring};
 use crate::net::model::Ranges;
 use crate::net::plan::{CHANNEL_BLOCK, ConvStep, Step};
@@ -78,14 +78,22 @@ fn check_conv(inputs: &[(Layout, usize, Resample)], outputs: usize, size: usize,
         let arithmetic = Arithmetic::new(Level::best(), precision).unwrap();
         let known = ranges(&names, &channels);
         let recipe = Recipe { plan: &plan, weights: &weights, arithmetic, ranges: Some(&known) };
-        let step = ("conv", &sources[..], inputs.len(), [size, 1], Activation::LeakyRelu);
-        let found = |scratch_len: usize, run: &dyn Fn(&mut Workers, &mut [f32])| {
+        let step = ConvStep {
+            name: "conv".to_owned(),
+            sources: sources.clone(),
+            output: inputs.len(),
+            size,
+            groups: 1,
+            activation: Activation::LeakyRelu,
+        };
+        let found = |scratch_len: usize, run: &dyn Fn(Context<'_>)| {
             // Convolutions write 0 into channels that do not exist.
             let mut arena = Aligned::zeros(arena_len).unwrap();
             for (image, buffer) in images.iter().zip(&plan.buffers) {
                 put(image, buffer, arithmetic.lanes(), &mut arena);
             }
-            run(&mut Workers::new(2, scratch_len).unwrap(), &mut arena);
+            let mut workers = Workers::new(2, scratch_len).unwrap();
+            run(Context { isa: arithmetic.isa(), workers: &mut workers, arena: &mut arena });
             let output = plan.buffers.last().unwrap();
             let at = |c, y, x: usize| arena[index(output, arithmetic.lanes(), (c, y, x as isize))];
             Planes::from_fn((outputs, height, width), at).values
@@ -96,13 +104,13 @@ fn check_conv(inputs: &[(Layout, usize, Resample)], outputs: usize, size: usize,
         let inputs =
             Planes::from_fn(dims, |c, y, x| rounded(precision, joined.at(c, y as isize, x as isize)));
         let expected = naive::conv(&inputs, (&filters, b, size), Activation::LeakyRelu);
-        let conv = Conv::new(&recipe, step).unwrap();
-        let error = nmse(&found(conv.scratch_len(), &|w, arena| conv.run(w, arena)), &expected.values);
+        let conv = Conv::new(&recipe, &step).unwrap();
+        let error = nmse(&found(conv.scratch_len(), &|context| conv.run(context)), &expected.values);
         assert!(error <= MAX_ROUNDED_NMSE, "{what}: NMSE {error:e}");
         if size == 3 && precision == Precision::Bf16 {
             let exact = naive::conv(&joined, (w, b, size), Activation::LeakyRelu);
-            let conv = Winograd::new(&recipe, step).unwrap();
-            let error = nmse(&found(conv.scratch_len(), &|w, arena| conv.run(w, arena)), &exact.values);
+            let conv = Winograd::new(&recipe, &step).unwrap();
+            let error = nmse(&found(conv.scratch_len(), &|context| conv.run(context)), &exact.values);
             assert!(error <= MAX_WINOGRAD_BF16_NMSE, "{what}, Winograd: NMSE {error:e}");
         }
     }
@@ -138,10 +146,11 @@ fn integers_need_ranges_that_fit() {
     let (buffers, arena_len) = buffers(&[(Layout::Planar, (4, 3, 3)), (Layout::Blocked, (16, 3, 3))]);
     let plan = Plan { size: Size::px(3, 3), padded: Size::px(3, 3), buffers, steps: vec![], arena_len };
     let weights = weights([16, 4, 3, 3]);
-    let sources = [Source { buffer: 0, resample: Resample::None }];
-    let step = ("conv", &sources[..], 1, [3, 1], Activation::Linear);
+    let sources = vec![Source { buffer: 0, resample: Resample::None }];
+    let activation = Activation::Linear;
+    let step = ConvStep { name: "conv".to_owned(), sources, output: 1, size: 3, groups: 1, activation };
     let with = |ranges: Option<&Ranges>| {
-        Conv::new(&Recipe { plan: &plan, weights: &weights, arithmetic, ranges }, step).map(drop)
+        Conv::new(&Recipe { plan: &plan, weights: &weights, arithmetic, ranges }, &step).map(drop)
     };
     let known = |channels| ranges(&["features".to_owned()], &[channels]);
     assert!(with(Some(&known(4))).is_ok());
@@ -169,7 +178,7 @@ impl DotKernel for OnePixel<'_> {
         let (simd, words) = (dot.simd(), D::Simd::LANES / D::PACKED);
         let mut slots = vec![0.0; self.input.ring_len(1)];
         let mut ring = Ring::<1>::new(self.input, &mut slots);
-        ring.fill(dot, self.input, self.source, ([0], 1));
+        ring.fill(dot, self.input, self.source, [0]);
         self.words.extend_from_slice(&ring.row(self.input, self.source, 0)[HALO * words..][..words]);
         let mut sums = [dot.zero(); 2];
         for word in self.words.iter() {
@@ -203,7 +212,8 @@ fn words_that_look_like_signalling_nan_keep_their_bits() {
         let weights = packing::word(arithmetic, weights.iter().copied());
         assert_eq!(weights.to_bits(), bits[1], "{precision}: {weights:?}");
         let steps = Steps::new(&[[0.0, 255.0]; CHANNEL_BLOCK]).unwrap();
-        let input = Input::new(buffer.clone(), Resample::None, (1, arithmetic.packed(), steps));
+        let input =
+            Input::new(buffer.clone(), Resample::None, 1, Packing { numbers: arithmetic.packed(), steps });
         let source = activations.repeat(3 * CHANNEL_BLOCK / activations.len());
         let (mut words, mut sums) = (Vec::new(), [[0.0; CHANNEL_BLOCK]; 2]);
         arithmetic.run(OnePixel {

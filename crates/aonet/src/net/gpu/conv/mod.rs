@@ -1,4 +1,4 @@
-//! Convolutions. See [`crate::net::Op::Conv`].
+//! Convolutions. See [`crate::net::graph::Op::Conv`].
 
 mod conv_matrix;
 mod filters;

@@ -1,4 +1,4 @@
-//! Features of a frame, padded and partitioned into patches. See [`crate::net::Op::PatchPartition`].
+//! Features of a frame, padded and partitioned into patches. See [`crate::net::graph::Op::PatchPartition`].
 
 pub(crate) mod depth_range;
 

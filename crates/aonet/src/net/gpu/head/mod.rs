@@ -1,4 +1,4 @@
-//! The 1x1 convolution at the end and the image that it gives, in one dispatch. See [`crate::net::Op::KernelPredict`];
+//! The 1x1 convolution at the end and the image that it gives, in one dispatch. See [`crate::net::graph::Op::KernelPredict`];
 //! AO-Net §3.3, Eq. 2.
 
 pub(crate) mod kernel_predict_matrix;

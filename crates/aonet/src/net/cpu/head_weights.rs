@@ -1,0 +1,58 @@
+//! Weights of the head's 1x1 convolution in the order in which its inner loops read them.
+
+use super::packing::{self, Steps};
+use super::recipe::{Parameters, Recipe};
+use crate::error::Result;
+use crate::net::config::KernelWeights;
+use crate::net::plan::{Buffer, HeadStep};
+use crate::simd::aligned::Aligned;
+
+/// Vectors of cells that are computed together.
+pub(super) const VECTORS: usize = 2;
+
+/// The 1x1 convolution, and what its outputs are.
+#[derive(Debug)]
+pub(super) struct HeadWeights {
+    pub(super) input: Buffer,
+    /// Of the input's integers.
+    pub(super) steps: Steps,
+    /// Side of a patch (px).
+    pub(super) patch: usize,
+    pub(super) kernel: KernelWeights,
+    /// By group of outputs, word of input channels, output of the group.
+    pub(super) weights: Aligned,
+    /// What a sum is worth, for each output, whole groups.
+    pub(super) scales: Aligned,
+    /// One for each output, whole groups.
+    pub(super) biases: Aligned,
+}
+
+impl HeadWeights {
+    /// # Errors
+    /// When there is not enough memory, or the ranges of integers are not known.
+    pub(super) fn new(recipe: &Recipe<'_>, step: &HeadStep) -> Result<Self> {
+        let HeadStep { name, patch, kernel, .. } = step;
+        let (patch, kernel) = (*patch, *kernel);
+        let arithmetic = recipe.arithmetic;
+        let Parameters { weight, bias } = recipe.parameters(name);
+        let steps = recipe.steps(step.input, arithmetic)?;
+        let input = recipe.plan.buffers[step.input].clone();
+        let outputs = patch * patch * kernel.outputs_per_pixel();
+        let group = arithmetic.accumulators() / VECTORS;
+        let padded = outputs.next_multiple_of(group);
+        let words = input.channels.div_ceil(arithmetic.packed());
+        let (mut scales, mut biases) = (Aligned::zeros(padded)?, Aligned::zeros(padded)?);
+        let mut weights = Aligned::zeros(padded * words)?;
+        for (o, (filter, bias)) in weight.chunks_exact(input.channels).zip(bias).enumerate() {
+            let mut filter = filter.to_vec();
+            let channels = (0..input.channels).map(|c| (&steps, c));
+            let output = packing::quantize(arithmetic, &mut filter, *bias, channels);
+            (scales[o], biases[o]) = (output.scale, output.bias);
+            let first = o / group * group * words + o % group;
+            for (w, numbers) in filter.chunks(arithmetic.packed()).enumerate() {
+                weights[first + w * group] = packing::word(arithmetic, numbers.iter().copied());
+            }
+        }
+        Ok(Self { input, steps, patch, kernel, weights, scales, biases })
+    }
+}
