@@ -125,7 +125,7 @@ fn constant(m: &Measurements, columns: usize) -> Vec<String> {
 }
 
 fn timed(lines: &[Line], m: &Measurements) -> (Vec<String>, Vec<Vec<String>>) {
-    let of = |prefix: &str| SIZES.map(|size| format!("{prefix}{}", size.to_string())).to_vec();
+    let of = |prefix: &str| SIZES.map(|size| format!("{prefix}{size}")).to_vec();
     let header =
         [vec![String::new()], of(""), of("paper "), SIZE_COLUMNS.map(str::to_owned).to_vec()].concat();
     let row = |(line, paper): (&Line, &Option<[f64; 3]>)| {
