@@ -48,7 +48,7 @@ pub mod naive {
 
 /// The network of NNAO.
 pub mod nnao {
-    pub use crate::search::nnao::Spiral;
+    pub use crate::search::nnao_taps::{INPUTS, NnaoTap, Spiral, taps};
     pub use crate::search::nnao_weights::*;
 }
 

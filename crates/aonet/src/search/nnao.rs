@@ -5,49 +5,17 @@
 
 use super::PixelMethod;
 use super::gtao::power;
-use super::nnao_weights::{HIDDEN, INPUTS, NnaoWeights, Standard, Unit};
+use super::nnao_taps::{INPUTS, NnaoParams, Spiral};
+use super::nnao_weights::{HIDDEN, NnaoWeights, Standard, Unit};
 use super::noise::{TILE, noise_row};
-use super::params::filtered_params;
 use super::screen::{Pixels, Screen};
 use crate::simd::lanes::F;
 use crate::simd::{MAX_LANES, Simd};
-use std::f32::consts::TAU;
-
-filtered_params! {
-    /// Parameters of NNAO.
-    NnaoParams {
-        /// Taps of the spiral. The published shader knows 8, 16 and 32; the weights were trained with 16.
-        samples: u32 = 16 in 4..=64,
-        /// Turns of the spiral.
-        turns: f32 = 2.5 in 0.5..=20.0,
-        /// Exponent on the visibility.
-        power: f32 = 1.0 in 0.2..=4.0,
-    }
-}
 
 /// Rotations of the spiral.
 const ROTATIONS: usize = 64;
 /// Longest vectors in a row of the noise's tile.
 const BLOCKS: usize = TILE / MAX_LANES;
-
-/// The taps of a pixel.
-#[derive(Debug, Clone, Copy)]
-pub struct Spiral<'a> {
-    /// Number of taps and turns of the spiral.
-    pub params: &'a NnaoParams,
-    /// Rotation of the whole spiral (turns).
-    pub rotation: f32,
-}
-
-impl Spiral<'_> {
-    /// Place of tap `i` in the unit disk, y up.
-    pub(crate) fn place(&self, i: u32) -> [f32; 2] {
-        let Self { params, rotation } = *self;
-        let share = (i as f32 + 0.5) / params.samples as f32;
-        let (sin, cos) = (TAU * (rotation + share * params.turns)).sin_cos();
-        [share * cos, share * sin]
-    }
-}
 
 /// A tap of as many neighbouring pixels as the longest vector has lanes: its place by axis, and its filter by weight.
 #[derive(Debug, Clone, Copy)]
@@ -148,7 +116,8 @@ impl<S: Simd> Unit for F<S> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::nnao_weights::{COUNT, taps};
+    use super::super::nnao_taps::taps;
+    use super::super::nnao_weights::COUNT;
     use super::super::noise::noise_at;
     use super::*;
     use crate::frame::ao_image::AoParams;

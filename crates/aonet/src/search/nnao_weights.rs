@@ -1,17 +1,12 @@
 //! The weights of NNAO, their file, and the network for one pixel, for whoever trains it.
 
-use super::nnao::Spiral;
+use super::nnao_taps::{INPUTS, NnaoTap};
 use crate::error::{Error, Result};
-use crate::frame::ao_image::AoParams;
-use crate::frame::gbuffer::GBuffer;
-use glam::Vec3A;
 use safetensors::tensor::{Dtype, SafeTensors, TensorView};
 use std::ops::{Add, Mul};
 
 /// Side of the first layer's filter (cells); it spans the disk of the AO radius.
 pub const SIDE: usize = 31;
-/// Inputs of a tap: the difference of the normals, and of the depths over the radius.
-pub const INPUTS: usize = 4;
 /// Units of both hidden layers.
 pub const HIDDEN: usize = 4;
 
@@ -42,17 +37,6 @@ pub(crate) struct Standard {
     pub(crate) mean: [f32; INPUTS],
     /// One over its standard deviation.
     pub(crate) scale: [f32; INPUTS],
-}
-
-/// What the network sees at one tap of one pixel.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct NnaoTap {
-    /// In the unit disk, y up.
-    pub place: [f32; 2],
-    /// 1 at the pixel, 0 at the radius and beyond.
-    pub near: f32,
-    /// Not standardised.
-    pub inputs: [f32; INPUTS],
 }
 
 impl NnaoWeights {
@@ -279,34 +263,4 @@ fn cells([x, y]: [f32; 2]) -> [(usize, f32); 4] {
         (cell + SIDE, (1.0 - sx) * sy),
         (cell + SIDE + 1, sx * sy),
     ]
-}
-
-/// What the network sees of a pixel (x, y) of a frame. Taps outside the frame are left out.
-pub fn taps(gbuffer: &GBuffer, ao: AoParams, spiral: Spiral<'_>, [x, y]: [usize; 2]) -> Vec<NnaoTap> {
-    let (camera, width) = (gbuffer.camera(), gbuffer.width());
-    let [focal_x, focal_y] = camera.focal_px();
-    let depth = |x: usize, y: usize| gbuffer.depth()[y * width + x];
-    let normal = |x: usize, y: usize| Vec3A::from(gbuffer.normal()[y * width + x]);
-    let centre = camera.position_view(x, y, depth(x, y));
-    let reach = camera.projected_px(ao.radius(), depth(x, y));
-    let tap = |i: u32| {
-        let place = spiral.place(i);
-        let (sx, sy) = (
-            (x as f32 + place[0] * reach * (focal_x / focal_y)).round(),
-            (y as f32 - place[1] * reach).round(),
-        );
-        if sx < 0.0 || sy < 0.0 || sx >= width as f32 || sy >= gbuffer.height() as f32 {
-            return None;
-        }
-        let (sx, sy) = (sx as usize, sy as usize);
-        let d = depth(sx, sy);
-        if !d.is_finite() {
-            return Some(NnaoTap { place, near: 0.0, inputs: [0.0; INPUTS] });
-        }
-        let away = camera.position_view(sx, sy, d) - centre;
-        let turn = normal(sx, sy) - normal(x, y);
-        let near = (1.0 - away.length() / ao.radius()).clamp(0.0, 1.0);
-        Some(NnaoTap { place, near, inputs: [turn.x, turn.y, turn.z, away.z / ao.radius()] })
-    };
-    (0..spiral.params.samples).filter_map(tap).collect()
 }

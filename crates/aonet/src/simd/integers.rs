@@ -1,12 +1,9 @@
 //! Vectors of 32-bit integers, with operators: indices and bits.
 
+pub(crate) use super::values::U;
+use super::values::{F, Mask};
 use crate::simd::Simd;
-use crate::simd::lanes::{F, Mask};
 use std::ops::{Add, BitAnd, BitOr, Mul, Neg, Shl, Shr, Sub};
-
-/// An integer in every lane; it wraps around.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct U<S: Simd>(pub(super) S, pub(super) S::U);
 
 impl<S: Simd> U<S> {
     /// The instruction set that computes it.

@@ -1,17 +1,10 @@
 //! Vectors of neighbouring pixels, with operators. Methods read like a shader: the work of one pixel, in every lane.
 
-use crate::simd::integers::U;
+use super::values::U;
+pub(crate) use super::values::{F, Mask};
 use crate::simd::{MAX_LANES, Simd};
 use std::f32::consts::{FRAC_1_SQRT_2, FRAC_PI_2, PI};
 use std::ops::{Add, AddAssign, BitAnd, BitOr, Div, Mul, MulAssign, Neg, Not, Sub, SubAssign};
-
-/// A float in every lane.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct F<S: Simd>(pub(super) S, pub(super) S::F);
-
-/// A condition in every lane.
-#[derive(Debug, Clone, Copy)]
-pub(crate) struct Mask<S: Simd>(pub(super) S, pub(super) S::M);
 
 /// Floats of every lane, or one for all.
 pub(crate) trait Number<S: Simd>: Copy {
