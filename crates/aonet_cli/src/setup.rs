@@ -17,6 +17,7 @@ use aonet_scene::scene::procedural;
 use aonet_scene::scene::source::SceneSource;
 use aonet_scene::staging::{SceneSpec, SceneSplit, propose_view};
 use aonet_scene::trace::Tracer;
+use aonet_scene::view::{DEFAULT_SEPARATION, Surround};
 use aonet_scene::{Error, View};
 use std::path::{Path, PathBuf};
 
@@ -25,7 +26,7 @@ use std::path::{Path, PathBuf};
 pub(crate) struct SceneArgs {
     /// A .glb or .gltf file, or procedural:KIND:SEED.
     pub(crate) scene: SceneSource,
-    /// View (JSON): eye, target, width, height, radius; optional up, fov_y_deg, near, far, ortho_height, margin.
+    /// View (JSON): eye, target, width, height, radius; optional up, fov_y_deg, near, far, ortho_height, margin, separation.
     #[arg(long, value_name = "VIEW.json")]
     pub(crate) view: PathBuf,
     /// Image width instead of the view's (px).
@@ -37,9 +38,8 @@ pub(crate) struct SceneArgs {
     /// AO radius instead of the view's (world units).
     #[arg(long)]
     pub(crate) radius: Option<f32>,
-    /// Guard band on each side instead of the view's, as a share of the image's width and height.
-    #[arg(long, value_name = "SHARE")]
-    pub(crate) margin: Option<f32>,
+    #[command(flatten)]
+    pub(crate) surround: SurroundArgs,
     /// Put a large floor below the scene's lowest point.
     #[arg(long)]
     pub(crate) ground: bool,
@@ -55,16 +55,57 @@ impl SceneArgs {
         view.width = self.width.unwrap_or(view.width);
         view.height = self.height.unwrap_or(view.height);
         view.radius = self.radius.unwrap_or(view.radius);
-        view.margin = self.margin.unwrap_or(view.margin);
+        let view = self.surround.applied(view)?;
         view.camera()?;
         view.params()?;
-        view.margin_px()?;
         let missing = if self.smooth { MissingNormals::CREASE } else { MissingNormals::Flat };
         let mut scene = self.scene.load(missing)?;
         if self.ground {
             add_ground(&mut scene);
         }
         Ok((Tracer::new(scene), view))
+    }
+}
+
+/// What a frame shows besides the visible surfaces of its picture.
+#[derive(Debug, clap::Args)]
+pub(crate) struct SurroundArgs {
+    /// Guard band on each side, as a share of the image's width and height [default: the view's, else 0].
+    #[arg(long, value_name = "SHARE")]
+    margin: Option<f32>,
+    /// Layers of depth and normals: 2 adds the nearest surface behind the visible one [default: the view's, else 1].
+    #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u8).range(1..=2))]
+    layers: Option<u8>,
+    /// Least distance of the second layer behind the first, as a share of the AO radius [default: 0.1].
+    #[arg(long, value_name = "SHARE")]
+    separation: Option<f32>,
+}
+
+impl SurroundArgs {
+    /// The given values, and for those that are not given the values of `default`.
+    ///
+    /// # Errors
+    /// When a separation is given for a single layer.
+    pub(crate) fn or(&self, default: Surround) -> Result<Surround> {
+        let separation = match (self.layers, self.separation) {
+            (Some(1), Some(_)) => bail!("--separation needs --layers 2: one layer has no separation"),
+            (Some(1), None) => None,
+            (Some(_), given) => Some(given.or(default.separation).unwrap_or(DEFAULT_SEPARATION)),
+            (None, given) => given.or(default.separation),
+        };
+        Ok(Surround { margin: self.margin.unwrap_or(default.margin), separation })
+    }
+
+    /// A view with the given values.
+    ///
+    /// # Errors
+    /// When a value is out of range, or a separation is given for a single layer.
+    pub(crate) fn applied(&self, view: View) -> Result<View> {
+        let surround = self.or(Surround { margin: view.margin, separation: view.separation })?;
+        let view = view.surrounded(surround);
+        view.margin_px()?;
+        view.separation_units()?;
+        Ok(view)
     }
 }
 

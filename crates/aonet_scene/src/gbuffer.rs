@@ -2,8 +2,8 @@
 
 use crate::trace::{Hit, Tracer};
 use crate::{Error, Result, Scene, View};
-use aonet::{Camera, GBuffer};
-use glam::{DVec3, Vec3, Vec3A};
+use aonet::{Camera, GBuffer, SecondLayer};
+use glam::{Affine3A, DVec3, Vec3, Vec3A};
 use rayon::prelude::*;
 use std::borrow::Cow;
 
@@ -76,61 +76,105 @@ const BACKGROUND: Pixel = Pixel {
     triangle: NO_TRIANGLE,
 };
 
-/// Casts one ray through each pixel of the view's picture and guard band, on all cores.
+/// Casts one ray through each pixel of the view's picture and guard band, on all cores. If the view has a separation,
+/// a second ray finds what lies behind the first surface.
 ///
 /// # Errors
-/// When the view's camera or radius is out of range, or most shading normals of the scene
+/// When the view's camera, radius, margin or separation is out of range, or most shading normals of the scene
 /// contradict the winding of its triangles.
 pub fn render(tracer: &Tracer, view: &View) -> Result<Surface> {
     view.params()?;
     let margin = view.margin_px()?;
     let camera = view.camera()?.with_margin(margin)?;
-    let pixels: Vec<Pixel> = (0..camera.height())
-        .into_par_iter()
-        .flat_map_iter(|y| (0..camera.width()).map(move |x| (x, y)))
-        .map(|(x, y)| cast(tracer, &camera, view.far, (x, y)))
-        .collect();
+    let eye = Eye::new(tracer, &camera, view.far);
+    let pixels = each_pixel(&camera, |x, y| eye.look(x, y, camera.near()));
     let depth = pixels.iter().map(|p| p.depth).collect::<Vec<_>>();
     let normal = pixels.iter().map(|p| p.normal).collect::<Vec<_>>();
+    let mut gbuffer = GBuffer::new(camera, depth, normal)?.with_margin(margin)?;
+    if let Some(gap) = view.separation_units()? {
+        let width = camera.width();
+        let behind = each_pixel(&camera, |x, y| eye.look(x, y, beyond(pixels[y * width + x].depth, gap)));
+        gbuffer = gbuffer.with_second(SecondLayer {
+            depth: behind.iter().map(|p| p.depth).collect(),
+            normal: Some(behind.iter().map(|p| p.normal).collect()),
+        })?;
+    }
     Ok(Surface {
-        gbuffer: GBuffer::new(camera, depth, normal)?.with_margin(margin)?,
+        gbuffer,
         geo_normal: pixels.iter().map(|p| p.geo_normal).collect(),
         backface: pixels.iter().map(|p| p.backface).collect(),
         triangle: pixels.iter().map(|p| p.triangle).collect(),
     })
 }
 
-/// The ray starts on the near plane and advances one unit of depth a unit of `t`.
-fn cast(tracer: &Tracer, camera: &Camera, far: f32, (x, y): (usize, usize)) -> Pixel {
-    let origin_view = camera.position_view(x, y, camera.near());
-    let direction_view = match camera.is_perspective() {
-        true => camera.position_view(x, y, 1.0),
-        false => -Vec3A::Z,
-    };
-    let world_from_view = camera.view_from_world().inverse();
-    let origin_world = world_from_view.transform_point3a(origin_view);
-    let direction_world = world_from_view.transform_vector3a(direction_view);
-    let Some(hit) = tracer.closest(origin_world, direction_world, far - camera.near()) else {
-        return BACKGROUND;
-    };
-    let front_world = geometric_normal(tracer.scene(), hit.triangle).as_vec3a();
-    let backface = front_world.dot(direction_world) > 0.0;
-    let towards_viewer = if backface { -1.0 } else { 1.0 };
-    let geo_world = match front_world.try_normalize() {
-        Some(normal) => towards_viewer * normal,
-        None => -direction_world.normalize(),
-    };
-    let normal_world = match shading_normal(tracer.scene(), &hit).try_normalize() {
-        Some(normal) => towards_viewer * normal,
-        None => geo_world,
-    };
-    let to_view = |v: Vec3A| camera.view_from_world().transform_vector3a(v).normalize().to_array();
-    Pixel {
-        depth: camera.near() + hit.t,
-        normal: to_view(normal_world),
-        geo_normal: to_view(geo_world),
-        backface,
-        triangle: hit.triangle,
+/// A value for each pixel of a camera, row by row, on all cores.
+fn each_pixel(camera: &Camera, pixel: impl Fn(usize, usize) -> Pixel + Sync) -> Vec<Pixel> {
+    (0..camera.height())
+        .into_par_iter()
+        .flat_map_iter(|y| (0..camera.width()).map(move |x| (x, y)))
+        .map(|(x, y)| pixel(x, y))
+        .collect()
+}
+
+/// The depth at which the search for a second layer starts: `gap` behind `depth`, and always behind its rounding error.
+fn beyond(depth: f32, gap: f32) -> f32 {
+    // guess: a few times the error of a ray's hit.
+    depth + gap.max(1e-5 * depth)
+}
+
+/// A camera in a scene.
+struct Eye<'a> {
+    tracer: &'a Tracer,
+    camera: &'a Camera,
+    far: f32,
+    world_from_view: Affine3A,
+}
+
+impl<'a> Eye<'a> {
+    fn new(tracer: &'a Tracer, camera: &'a Camera, far: f32) -> Self {
+        Self { tracer, camera, far, world_from_view: camera.view_from_world().inverse() }
+    }
+
+    /// The nearest surface from a `depth` on. The ray advances one unit of depth for each unit of `t`.
+    fn look(&self, x: usize, y: usize, depth: f32) -> Pixel {
+        if depth >= self.far {
+            return BACKGROUND;
+        }
+        let camera = self.camera;
+        let origin_view = camera.position_view(x, y, depth);
+        let direction_view = match camera.is_perspective() {
+            true => camera.position_view(x, y, 1.0),
+            false => -Vec3A::Z,
+        };
+        let origin_world = self.world_from_view.transform_point3a(origin_view);
+        let direction_world = self.world_from_view.transform_vector3a(direction_view);
+        match self.tracer.closest(origin_world, direction_world, self.far - depth) {
+            Some(hit) => self.pixel(&hit, direction_world, depth + hit.t),
+            None => BACKGROUND,
+        }
+    }
+
+    fn pixel(&self, hit: &Hit, direction_world: Vec3A, depth: f32) -> Pixel {
+        let scene = self.tracer.scene();
+        let front_world = geometric_normal(scene, hit.triangle).as_vec3a();
+        let backface = front_world.dot(direction_world) > 0.0;
+        let towards_viewer = if backface { -1.0 } else { 1.0 };
+        let geo_world = match front_world.try_normalize() {
+            Some(normal) => towards_viewer * normal,
+            None => -direction_world.normalize(),
+        };
+        let normal_world = match shading_normal(scene, hit).try_normalize() {
+            Some(normal) => towards_viewer * normal,
+            None => geo_world,
+        };
+        let to_view = |v: Vec3A| self.camera.view_from_world().transform_vector3a(v).normalize().to_array();
+        Pixel {
+            depth,
+            normal: to_view(normal_world),
+            geo_normal: to_view(geo_world),
+            backface,
+            triangle: hit.triangle,
+        }
     }
 }
 

@@ -41,6 +41,23 @@ pub struct View {
     pub separation: Option<f32>,
 }
 
+/// What frames show besides the visible surfaces of the picture.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
+pub struct Surround {
+    /// [`View::margin`].
+    #[serde(default, skip_serializing_if = "is_zero")]
+    pub margin: f32,
+    /// [`View::separation`].
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub separation: Option<f32>,
+}
+
+/// Largest [`View::separation`].
+pub const MAX_SEPARATION: f32 = 10.0;
+
+/// [`View::separation`] where none is given: the best of 0, 0.05, 0.1, 0.25 and 0.5 for exact rays.
+pub const DEFAULT_SEPARATION: f32 = 0.1;
+
 fn is_zero(margin: &f32) -> bool {
     *margin == 0.0
 }
@@ -86,6 +103,7 @@ impl View {
         view.camera().map_err(Error::in_file(path))?;
         view.params().map_err(Error::in_file(path))?;
         view.margin_px().map_err(Error::in_file(path))?;
+        view.separation_units().map_err(Error::in_file(path))?;
         Ok(view)
     }
 
@@ -117,6 +135,12 @@ impl View {
         camera.with_near(self.near)?.looking_at(self.eye, self.target, self.up)
     }
 
+    /// The same view with another margin and separation.
+    #[must_use]
+    pub fn surrounded(self, Surround { margin, separation }: Surround) -> Self {
+        Self { margin, separation, ..self }
+    }
+
     /// The guard band (px).
     ///
     /// # Errors
@@ -126,6 +150,21 @@ impl View {
             return Ok(Margin::share(Size::new(self.width, self.height)?, self.margin));
         }
         Err(aonet::Error::value("view margin", "a share in [0, 1]", self.margin))
+    }
+
+    /// Least distance of the second layer behind the first (world units); `None` without a second layer.
+    ///
+    /// # Errors
+    /// When the share is not in [0, [`MAX_SEPARATION`]].
+    pub fn separation_units(&self) -> aonet::Result<Option<f32>> {
+        match self.separation {
+            None => Ok(None),
+            Some(share) if (0.0..=MAX_SEPARATION).contains(&share) => Ok(Some(share * self.radius)),
+            Some(share) => {
+                let expected = format!("a share of the radius in [0, {MAX_SEPARATION}]");
+                Err(aonet::Error::value("view separation", expected, share))
+            }
+        }
     }
 
     /// The AO parameters.

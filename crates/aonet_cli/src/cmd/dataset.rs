@@ -7,6 +7,7 @@ mod sheet;
 
 use crate::device::Device;
 use crate::output;
+use crate::setup::SurroundArgs;
 use anyhow::Result;
 use aonet_lab::dataset::{self, Manifest, Shard};
 use clap::{Parser, Subcommand};
@@ -79,7 +80,7 @@ pub(super) struct Make {
     /// Folder with scenes.csv and the glTF files that it lists.
     #[arg(long, value_name = "DIR")]
     scenes_dir: Option<PathBuf>,
-    /// Make the frames of this manifest again, with the files of --scenes-dir.
+    /// Make the frames of this manifest again, with the files of --scenes-dir; --margin and --layers give them more than they had.
     #[arg(long, value_name = "MANIFEST", conflicts_with_all = NOT_WITH_FROM)]
     from: Option<PathBuf>,
     /// A glTF file, as a single object on a ground plane. May be repeated.
@@ -113,6 +114,8 @@ pub(super) struct Make {
     /// AO radius as a fraction of each scene's bounding sphere, the same in all its frames.
     #[arg(long, value_name = "FRACTION")]
     scene_radius: Option<f32>,
+    #[command(flatten)]
+    surround: SurroundArgs,
     /// Seed of everything random.
     #[arg(long, default_value_t = 0)]
     seed: u64,

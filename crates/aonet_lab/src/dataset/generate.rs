@@ -84,20 +84,19 @@ pub fn generate(
 }
 
 /// Makes a dataset again in `dir` from its manifest: the same views with the same rays, so the same bytes,
-/// even if a later program would choose other views. Frames that `original` lacks are chosen now. The files of
-/// the scenes are found in `scenes_dir`.
+/// even if a later program would choose other views. Frames that `original` lacks are chosen now. The plan of `original` gives
+/// where the files of the scenes are ([`DatasetPlan::located`]), and the guard band and second layer of all frames.
 ///
 /// # Errors
 /// As [`generate`]; also when a file is not the one that the manifest names.
 pub fn remake(
     dir: &Path,
-    (original, scenes_dir): (&Manifest, &Path),
+    original: &Manifest,
     work: &Work,
     on_event: &(dyn Fn(Event) + Sync),
 ) -> Result<Summary> {
     let given = original.frames.iter().map(|f| (f.file.as_str(), f)).collect();
-    let manifest = resume(dir, &original.plan.located(scenes_dir), work.shard)?;
-    run(manifest, &given, (&work.backend, on_event))
+    run(resume(dir, &original.plan, work.shard)?, &given, (&work.backend, on_event))
 }
 
 /// Frames whose views are known, by file.
@@ -124,10 +123,11 @@ fn run(
         let folder = manifest.dir().join("frames").join(&spec.name);
         std::fs::create_dir_all(&folder).map_err(Error::io(&folder))?;
         for &job in jobs {
-            let entry = match given.get(manifest.plan.file(job).as_str()) {
+            let mut entry = match given.get(manifest.plan.file(job).as_str()) {
                 Some(&entry) => entry.clone(),
                 None => choose(&manifest.plan, job, &stage, &mut summary)?,
             };
+            entry.view = entry.view.surrounded(manifest.plan.recipe.surround);
             trace((&tracer, &mut rays), &entry, on_event)?.save(&manifest.path(&entry))?;
             summary.made += 1;
             on_event(Event::Frame(&entry));

@@ -6,6 +6,7 @@ use aonet::Size;
 use aonet_scene::error::{Error, Result};
 use aonet_scene::scene::SceneSource;
 use aonet_scene::staging::{Framing, RadiusRule, SceneSpec};
+use aonet_scene::view::Surround;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -106,6 +107,9 @@ pub struct DatasetParams {
     pub eval_spp: u32,
     /// How radii are chosen.
     pub radius: RadiusRule,
+    /// Guard band and second layer of every frame; by default neither.
+    #[serde(flatten)]
+    pub surround: Surround,
 }
 
 impl DatasetParams {
@@ -131,7 +135,7 @@ impl DatasetParams {
             Preset::Paper | Preset::AnyRadius => (64, 512),
             Preset::Imported(_) => (0, 0),
         };
-        Self { preset, seed: 0, width, height, frames, spp, eval_spp, radius }
+        Self { preset, seed: 0, width, height, frames, spp, eval_spp, radius, surround: Surround::default() }
     }
 
     /// Whether the frames come from another program, so that they cannot be made again.
@@ -284,7 +288,7 @@ impl DatasetPlan {
     }
 
     /// The same plan with the files of its scenes in `dir`.
-    pub(super) fn located(&self, dir: &Path) -> Self {
+    pub fn located(&self, dir: &Path) -> Self {
         let scenes = self.scenes.iter().map(|s| s.clone().located(dir)).collect();
         Self { recipe: self.recipe.clone(), scenes }
     }

@@ -4,6 +4,7 @@ use super::fixtures::{room, stack, write_glb};
 use super::*;
 use crate::frame::{Frame, FrameHints};
 use aonet_scene::staging::{SceneSpec, SceneSplit};
+use aonet_scene::view::Surround;
 use std::collections::{BTreeMap, BTreeSet};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
@@ -162,6 +163,32 @@ fn frames_depend_on_their_scene_and_not_on_others() {
     }
 }
 
+/// The same frames, with the files of their scenes in `dir`.
+fn located(original: &Manifest, dir: &Path) -> Manifest {
+    let mut manifest = original.clone();
+    manifest.plan = manifest.plan.located(dir);
+    manifest
+}
+
+#[test]
+fn frames_are_made_again_with_a_margin_and_a_second_layer() {
+    let (first, second) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+    make(first.path(), &plan(1), None);
+    let mut deep = located(&Manifest::load(first.path()).unwrap(), DIR.path());
+    deep.plan.recipe.surround = Surround { margin: 0.25, separation: Some(0.1) };
+    remake(second.path(), &deep, &Work::default(), &|_| ()).unwrap();
+    let deep = Manifest::load(second.path()).unwrap();
+    assert_eq!(deep.plan.recipe.surround, Surround { margin: 0.25, separation: Some(0.1) });
+    for entry in &deep.frames {
+        let load = |dir: &Path| Frame::load(&dir.join(&entry.file), &FrameHints::default()).unwrap();
+        let (flat, deep) = (load(first.path()), load(second.path()));
+        let window = deep.gbuffer.window();
+        assert!(window.has_margin() && deep.gbuffer.second().is_some());
+        assert_eq!(window.cropped(deep.gbuffer.depth().to_vec()), flat.gbuffer.depth());
+        assert_eq!(deep.ao, flat.ao);
+    }
+}
+
 #[test]
 fn a_manifest_is_enough_to_make_its_frames_again() {
     let (first, second) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
@@ -171,14 +198,15 @@ fn a_manifest_is_enough_to_make_its_frames_again() {
     original.frames[3].view.fov_y_deg = 34.0;
     original.save().unwrap();
     let original = Manifest::load(first.path()).unwrap();
-    let summary = remake(second.path(), (&original, DIR.path()), &Work::default(), &|_| ()).unwrap();
+    let summary = remake(second.path(), &located(&original, DIR.path()), &Work::default(), &|_| ()).unwrap();
     assert_eq!((summary.made, summary.chosen), (11, 0));
     let (a, b) = (contents(first.path()), contents(second.path()));
     let differing: Vec<&String> = a.keys().filter(|name| a[*name] != b[*name]).collect();
     assert_eq!(differing, [&original.frames[3].file]);
     let frame = Frame::load(&second.path().join(differing[0]), &FrameHints::default()).unwrap();
     assert_eq!(frame.view.unwrap().fov_y_deg, 34.0);
-    let elsewhere = remake(&second.path().join("x"), (&original, second.path()), &Work::default(), &|_| ());
+    let elsewhere =
+        remake(&second.path().join("x"), &located(&original, second.path()), &Work::default(), &|_| ());
     assert!(elsewhere.unwrap_err().to_string().contains(".glb"));
 }
 

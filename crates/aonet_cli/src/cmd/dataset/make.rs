@@ -47,8 +47,11 @@ pub(super) fn run(make: &Make) -> Result<()> {
     let summary = match &make.from {
         None => dataset::generate(out_dir, &plan(make)?, &work, &on_event)?,
         Some(manifest) => {
+            let mut original = Manifest::load(manifest)?;
             let scenes_dir = make.scenes_dir.as_deref().unwrap_or(Path::new(""));
-            dataset::remake(out_dir, (&Manifest::load(manifest)?, scenes_dir), &work, &on_event)?
+            original.plan = original.plan.located(scenes_dir);
+            original.plan.recipe.surround = make.surround.or(original.plan.recipe.surround)?;
+            dataset::remake(out_dir, &original, &work, &on_event)?
         }
     };
     progress.finish(&summary);
@@ -85,6 +88,7 @@ fn plan(make: &Make) -> Result<DatasetPlan> {
     recipe.spp = make.spp.unwrap_or(recipe.spp);
     recipe.eval_spp = make.eval_spp.or(make.spp).unwrap_or(recipe.eval_spp);
     recipe.radius = make.scene_radius.map_or(recipe.radius, RadiusRule::SceneFraction);
+    recipe.surround = make.surround.or(recipe.surround)?;
     recipe.frames = recipe.frames.kept(|split| scenes.iter().any(|s| split.takes(s.split)));
     recipe.frames = make.frames.map_or(recipe.frames, |total| recipe.frames.scaled_to(total));
     Ok(DatasetPlan::new(recipe, scenes)?)

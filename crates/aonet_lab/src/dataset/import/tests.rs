@@ -322,8 +322,7 @@ fn imported_frames_are_not_made_again() {
     let elsewhere = desk.dir.path().join("elsewhere");
     let refusals = [
         super::super::generate(&elsewhere, &manifest.plan, &Work::default(), &|_| ()).unwrap_err(),
-        super::super::remake(&elsewhere, (&manifest, desk.dir.path()), &Work::default(), &|_| ())
-            .unwrap_err(),
+        super::super::remake(&elsewhere, &manifest, &Work::default(), &|_| ()).unwrap_err(),
     ];
     for refusal in refusals {
         assert!(refusal.to_string().contains("another program made them"), "{refusal}");
