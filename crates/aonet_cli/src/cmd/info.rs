@@ -127,7 +127,8 @@ fn dataset(path: &Path) -> Result<Value> {
     let recipe = &manifest.plan.recipe;
     Ok(json!({
         "kind": "dataset", "folder": manifest.dir(), "preset": format!("{:?}", recipe.preset), "seed": recipe.seed,
-        "width": recipe.width, "height": recipe.height, "spp": recipe.spp, "eval_spp": recipe.eval_spp,
+        "width": recipe.width, "height": recipe.height, "margin": recipe.surround.margin,
+        "separation": recipe.surround.separation, "spp": recipe.spp, "eval_spp": recipe.eval_spp,
         "radius": format!("{:?}", recipe.radius), "scenes": manifest.plan.scenes.len(), "missing": manifest.missing(),
         "frames": { "train": count(Split::Train), "val": count(Split::Val),
                     "val_seen": count(Split::ValSeen), "test": count(Split::Test) },

@@ -12,8 +12,13 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 /// Render the G-buffer of a view: depth and normals, no AO.
+///
+/// A guard band (--margin) and a second layer (--layers 2) show occluders that the picture alone does not.
 #[derive(Debug, Parser)]
-#[command(after_help = "Example:\n  aonet render room.glb --view view.json -o frame.exr --png normal.png")]
+#[command(
+    after_help = "Examples:\n  aonet render room.glb --view view.json -o frame.exr --png normal.png\n  \
+                         aonet render room.glb --view view.json --margin 0.15 --layers 2 -o deep.exr"
+)]
 pub(crate) struct Args {
     #[command(flatten)]
     scene: SceneArgs,
