@@ -50,7 +50,7 @@ fn impossible_layers_are_refused() {
     for (options, word) in [
         ("--layers 3", "1..=2"),
         ("--layers 1 --separation 0.1", "--layers 2"),
-        ("--separation -1", "separation"),
+        ("--separation=-1", "separation"),
         ("--layers 2 --separation NaN", "separation"),
         ("--margin 2", "margin"),
     ] {
