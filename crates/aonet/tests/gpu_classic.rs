@@ -4,7 +4,7 @@ mod common;
 #[path = "common/device.rs"]
 mod device;
 
-use aonet::gpu::{Device, Offscreen, Textures};
+use aonet::gpu::{Device, FrameViews, Offscreen};
 use aonet::search::Classic;
 use aonet::search::gpu::ClassicSession;
 use aonet::{AoImage, GBuffer, Projection, Size};
@@ -23,7 +23,9 @@ fn session(device: &Device, method: &Classic, size: Size) -> ClassicSession {
 fn run(device: &Device, session: &ClassicSession, gbuffer: &GBuffer) -> AoImage {
     let Inputs { normal, depth, frame } = inputs(device, gbuffer, params());
     let visibility = target(device, session.size(), OPTIONS.output);
-    let view = session.view(Textures { normal: &normal, depth: &depth, visibility: &visibility }).unwrap();
+    let view = session
+        .bind(FrameViews { normal: &normal, depth: &depth, second: None, visibility: &visibility })
+        .unwrap();
     let mut encoder = device.device.create_command_encoder(&Default::default());
     session.encode(&mut encoder, &view, &frame).unwrap();
     read(device, encoder, &visibility)

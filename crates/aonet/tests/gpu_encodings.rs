@@ -6,7 +6,7 @@ mod device;
 
 use aonet::gpu::wgpu::TextureFormat as Format;
 use aonet::gpu::{
-    DepthEncoding, Device, Frame, NormalEncoding, NormalSpace, Options, Precision, Textures, wgpu,
+    DepthEncoding, Device, FrameNumbers, FrameViews, NormalEncoding, NormalSpace, Options, Precision, wgpu,
 };
 use aonet::internals::naive;
 use aonet::net::gpu::Session;
@@ -107,9 +107,9 @@ fn check(device: &Device, options: Options, encoded: Encoded<'_>) {
     let options = Options { precision: Precision::F32, output: Format::R32Float, ..options };
     let session = Session::new((&device.device, &device.queue), &model, SIZE, options).unwrap();
     let visibility = target(device, SIZE, Format::R32Float);
-    let view = session.view(Textures { normal, depth, visibility: &visibility }).unwrap();
+    let view = session.bind(FrameViews { normal, depth, second: None, visibility: &visibility }).unwrap();
     let mut encoder = device.device.create_command_encoder(&Default::default());
-    let frame = Frame { camera: *decoded.camera(), far, params: params() };
+    let frame = FrameNumbers { camera: *decoded.camera(), far, params: params() };
     session.encode(&mut encoder, &view, &frame).unwrap();
     let expected = naive::run(&model, decoded, params()).unwrap();
     let found = read(device, encoder, &visibility);

@@ -5,13 +5,15 @@ mod common;
 mod device;
 
 use aonet::Size;
+use aonet::gpu::program::ProgramBytes;
 use aonet::gpu::wgpu::TextureFormat::R32Float;
-use aonet::gpu::{Describe, Device, Program, Session, Textures};
+use aonet::gpu::{DepthEncoding, Describe, Device, FrameViews, Layers, Program, Session, TextureEncoding};
 use aonet::net::{Features, KernelWeights, Model, shipped};
 use aonet::search::Classic;
+use aonet::search::gpu::Method;
 use aonet::{AoImage, GBuffer};
 use common::{frame, model, params, small, spread};
-use device::{Inputs, OPTIONS, device, inputs, read, target};
+use device::{Inputs, OPTIONS, device, filled, inputs, read, target};
 
 const SIZE: Size = Size::px(70, 44);
 
@@ -19,7 +21,9 @@ const SIZE: Size = Size::px(70, 44);
 fn run<M: Describe>(device: &Device, session: &Session<M>, gbuffer: &GBuffer) -> AoImage {
     let Inputs { normal, depth, frame } = inputs(device, gbuffer, params());
     let visibility = target(device, session.size(), R32Float);
-    let view = session.view(Textures { normal: &normal, depth: &depth, visibility: &visibility }).unwrap();
+    let view = session
+        .bind(FrameViews { normal: &normal, depth: &depth, second: None, visibility: &visibility })
+        .unwrap();
     let mut encoder = device.device.create_command_encoder(&Default::default());
     session.encode(&mut encoder, &view, &frame).unwrap();
     read(device, encoder, &visibility)
@@ -90,4 +94,44 @@ fn a_changed_file_is_noticed_and_a_broken_shader_is_an_error() {
         "a program has one size"
     );
     assert!(fixed.sibling(SIZE).is_ok());
+}
+
+#[test]
+fn programs_of_two_layers_read_the_second() {
+    let Some(device) = device() else { return };
+    let textures =
+        TextureEncoding { depth: DepthEncoding::Linear, layers: Layers::Two, ..TextureEncoding::default() };
+    let method = Method::new(&Classic::named("ssao").unwrap(), textures).unwrap();
+    let ProgramBytes { json, blob } = method.program(SIZE).unwrap().to_bytes().unwrap();
+    // The image becomes the distance between the layers.
+    let json = String::from_utf8(json).unwrap();
+    let background = "if (depth_at(pixel, 0u) >= BACKGROUND)";
+    let distance = "if (depth_at(pixel, 1u) < BACKGROUND) { \
+                    return vec4(depth_at(pixel, 1u) - depth_at(pixel, 0u)); }";
+    assert_eq!(json.matches(background).count(), 1);
+    let json = json.replace(background, &format!("{distance} {background}"));
+    let program = Program::from_bytes(json.as_bytes(), &blob).unwrap();
+    assert_eq!(program.textures().layers, Layers::Two);
+    let session = Session::<Program>::new((&device.device, &device.queue), program, R32Float).unwrap();
+
+    let gbuffer = frame(SIZE, 3);
+    let expected: Vec<f32> = (0..SIZE.pixels()).map(|i| (1 + i % 64) as f32 / 64.0).collect();
+    let first = vec![2.0f32; SIZE.pixels()];
+    let texture = |size, values: &mut dyn Iterator<Item = f32>| {
+        filled(&device, size, R32Float, &values.flat_map(f32::to_le_bytes).collect::<Vec<_>>())
+    };
+    let depth = texture(SIZE, &mut first.iter().copied());
+    let second = texture(SIZE, &mut first.iter().zip(&expected).map(|(a, b)| a + b));
+    let small = texture(Size::px(1, 1), &mut [1.0].into_iter());
+    let Inputs { normal, frame, .. } = inputs(&device, &gbuffer, params());
+    let visibility = target(&device, SIZE, R32Float);
+    let views = FrameViews { normal: &normal, depth: &depth, second: Some(&second), visibility: &visibility };
+    for second in [None, Some(&small)] {
+        let error = session.bind(FrameViews { second, ..views }).unwrap_err().to_string();
+        assert!(error.contains("second depth"), "{error}");
+    }
+    let bound = session.bind(views).unwrap();
+    let mut encoder = device.device.create_command_encoder(&Default::default());
+    session.encode(&mut encoder, &bound, &frame).unwrap();
+    assert_eq!(read(&device, encoder, &visibility).visibility(), expected);
 }

@@ -4,7 +4,7 @@ mod common;
 #[path = "common/device.rs"]
 mod device;
 
-use aonet::gpu::{Device, Kernels, Offscreen, Options, Precision, Textures, wgpu};
+use aonet::gpu::{Device, FrameViews, Kernels, Offscreen, Options, Precision, wgpu};
 use aonet::net::gpu::Session;
 use aonet::net::{Features, KernelWeights, Model, ModelConfig, Skips, cpu, shipped};
 use aonet::{AoImage, AoParams, GBuffer, Size};
@@ -168,7 +168,9 @@ fn session(device: &Device, model: &Model, size: Size, options: Options) -> Sess
 fn encode(device: &Device, session: &Session, gbuffer: &GBuffer, format: wgpu::TextureFormat) -> AoImage {
     let Inputs { normal, depth, frame } = inputs(device, gbuffer, params());
     let visibility = target(device, gbuffer.size(), format);
-    let view = session.view(Textures { normal: &normal, depth: &depth, visibility: &visibility }).unwrap();
+    let view = session
+        .bind(FrameViews { normal: &normal, depth: &depth, second: None, visibility: &visibility })
+        .unwrap();
     let mut encoder = device.device.create_command_encoder(&Default::default());
     session.encode(&mut encoder, &view, &frame).unwrap();
     read(device, encoder, &visibility)
@@ -218,8 +220,9 @@ fn views_of_one_submission_keep_their_cameras() {
         let Inputs { normal, depth, mut frame } = inputs(&device, &gbuffers[i], params());
         frame.params = AoParams::new(frame.params.radius() * (1.0 + i as f32)).unwrap();
         let visibility = target(&device, size, OPTIONS.output);
-        let view =
-            session.view(Textures { normal: &normal, depth: &depth, visibility: &visibility }).unwrap();
+        let view = session
+            .bind(FrameViews { normal: &normal, depth: &depth, second: None, visibility: &visibility })
+            .unwrap();
         session.encode(&mut encoder, &view, &frame).unwrap();
         (visibility, frame.params)
     });
@@ -273,19 +276,20 @@ fn wrong_sizes_formats_and_frames_are_errors() {
     let bad = inputs(&device, &frame(Size::px(10, 20), 1), params());
     let [r32, r8] = [wgpu::TextureFormat::R32Float, wgpu::TextureFormat::R8Unorm];
     let (visibility, wrong) = (target(&device, Size::px(20, 10), r32), target(&device, Size::px(20, 10), r8));
-    let textures = Textures { normal: &good.normal, depth: &good.depth, visibility: &visibility };
+    let textures =
+        FrameViews { normal: &good.normal, depth: &good.depth, second: None, visibility: &visibility };
     for (textures, what) in [
-        (Textures { normal: &bad.normal, ..textures }, "normal"),
-        (Textures { depth: &bad.depth, ..textures }, "depth"),
-        (Textures { visibility: &wrong, ..textures }, "R8Unorm"),
-        (Textures { visibility: &good.depth, ..textures }, "RENDER_ATTACHMENT"),
+        (FrameViews { normal: &bad.normal, ..textures }, "normal"),
+        (FrameViews { depth: &bad.depth, ..textures }, "depth"),
+        (FrameViews { visibility: &wrong, ..textures }, "R8Unorm"),
+        (FrameViews { visibility: &good.depth, ..textures }, "RENDER_ATTACHMENT"),
         // Cannot be read by shaders.
-        (Textures { depth: &visibility, ..textures }, "device"),
+        (FrameViews { depth: &visibility, ..textures }, "device"),
     ] {
-        let found = error(session.view(textures).unwrap_err());
+        let found = error(session.bind(textures).unwrap_err());
         assert!(found.contains(what), "{what}: {found}");
     }
-    let view = session.view(textures).unwrap();
+    let view = session.bind(textures).unwrap();
     let mut encoder = device.device.create_command_encoder(&Default::default());
     assert!(session.encode(&mut encoder, &view, &bad.frame).is_err(), "a camera of another size");
     let other = session.sibling(Size::px(10, 20)).unwrap();

@@ -32,7 +32,7 @@ const SEED: u64 = 1;
 
 /// One input channel of a network.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Channel {
+pub struct ChannelSensitivity {
     /// `normal x`, `normal y`, `normal z`, then the configuration's names of the other channels.
     pub name: String,
     /// Standard deviation over the foreground of the test frames, in the channel's unit.
@@ -47,7 +47,7 @@ pub struct Channel {
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Sensitivity {
     /// The input channels in order.
-    pub channels: Vec<Channel>,
+    pub channels: Vec<ChannelSensitivity>,
     /// Crops that the change was measured on.
     pub crops: usize,
     /// Foreground pixels in them.
@@ -219,7 +219,7 @@ fn of_model(model: &Model, sigmas: &[f64], samples: &[Sample]) -> Sensitivity {
     let sum = all.iter().sum::<f64>().max(f64::MIN_POSITIVE);
     let channels = channel_names(&model.config().features).into_iter().zip(sigmas).zip(&all);
     let channels = channels
-        .map(|((name, &sigma), &absolute)| Channel {
+        .map(|((name, &sigma), &absolute)| ChannelSensitivity {
             name: name.to_owned(),
             sigma,
             absolute,

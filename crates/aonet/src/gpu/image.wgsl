@@ -8,7 +8,7 @@
 @fragment
 fn main(@builtin(position) place: vec4<f32>) -> @location(0) vec4<f32> {
     let pixel = min(vec2<u32>(place.xy) + frame.margin, frame.size - 1u);
-    if (depth_at(pixel) >= BACKGROUND) {
+    if (depth_at(pixel, 0u) >= BACKGROUND) {
         return vec4(1.0);
     }
     let cell = pixel / PATCH;

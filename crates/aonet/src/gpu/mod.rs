@@ -16,7 +16,8 @@ pub(crate) mod wgpu_30;
 
 pub use matrices::Matrices;
 pub use options::{
-    DepthEncoding, Frame, Kernels, NormalEncoding, NormalSpace, Precision, ProgramOptions, TextureEncoding,
+    DepthEncoding, FrameNumbers, Kernels, Layers, NormalEncoding, NormalSpace, Precision, ProgramOptions,
+    TextureEncoding,
 };
 pub use program::{Describe, Program};
 #[cfg(feature = "gpu")]
@@ -32,4 +33,4 @@ pub use wgpu_30::options::Options;
 #[cfg(feature = "gpu")]
 pub use wgpu_30::session::Session;
 #[cfg(feature = "gpu")]
-pub use wgpu_30::view::{Textures, View};
+pub use wgpu_30::view::{BoundFrame, FrameViews};

@@ -112,6 +112,31 @@ pub enum DepthEncoding {
     Linear,
 }
 
+/// How many layers of depth a program sees.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Layers {
+    /// The nearest surface of each pixel.
+    #[default]
+    One,
+    /// A second surface behind it, in a texture of its own.
+    Two,
+}
+
+impl Layers {
+    /// Number of layers.
+    pub fn count(self) -> usize {
+        match self {
+            Self::One => 1,
+            Self::Two => 2,
+        }
+    }
+
+    fn is_one(&self) -> bool {
+        *self == Self::One
+    }
+}
+
 /// What the textures of a frame hold.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -120,8 +145,11 @@ pub struct TextureEncoding {
     pub normals: NormalEncoding,
     /// Their space.
     pub normal_space: NormalSpace,
-    /// Encoding of the depth.
+    /// Encoding of the depth, in all layers.
     pub depth: DepthEncoding,
+    /// Layers of depth.
+    #[serde(default, skip_serializing_if = "Layers::is_one")]
+    pub layers: Layers,
 }
 
 /// How a network's program is built.
@@ -137,7 +165,7 @@ pub struct ProgramOptions {
 
 /// The parameters of a frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Frame {
+pub struct FrameNumbers {
     /// The camera that saw the frame; of the session's size. Its near plane counts for depth that is not linear, and its
     /// place for normals in world space.
     pub camera: Camera,

@@ -1,6 +1,6 @@
 //! What every shader that sees a frame begins with.
 
-use super::options::{DepthEncoding, NormalEncoding, Precision, TextureEncoding};
+use super::options::{DepthEncoding, Layers, NormalEncoding, Precision, TextureEncoding};
 use super::shader::Shader;
 use crate::frame::BACKGROUND;
 
@@ -38,7 +38,12 @@ impl Surface {
             .number("DEPTH", depth)
             .float("FARTHEST", farthest)
             .float("BACKGROUND", BACKGROUND)
+            .number("LAYERS", self.textures.layers.count())
             .part(include_str!("surface.wgsl"))
+            .part(match self.textures.layers {
+                Layers::One => include_str!("one_layer.wgsl"),
+                Layers::Two => include_str!("two_layers.wgsl"),
+            })
             .part(LENS)
     }
 }

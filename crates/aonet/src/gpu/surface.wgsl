@@ -54,12 +54,13 @@ fn decode_normal(stored: vec3<f32>) -> vec3<f32> {
     return stored;
 }
 
-fn depth_at(pixel: vec2<u32>) -> f32 {
-    return decode_depth(textureLoad(depths, pixel, 0).x);
+/// Along -Z [world units]. Layer 0 is the nearest surface; there are LAYERS of them.
+fn depth_at(pixel: vec2<u32>, layer: u32) -> f32 {
+    return decode_depth(stored_depth(pixel, layer));
 }
 
 fn surface_at(pixel: vec2<u32>) -> Surface {
-    let depth = depth_at(pixel);
+    let depth = depth_at(pixel, 0u);
     let foreground = depth < BACKGROUND;
     let n = frame.view_from_normals * decode_normal(textureLoad(normals, pixel, 0).xyz);
     let unit = n / sqrt(max(dot(n, n), 1e-30));

@@ -3,7 +3,7 @@
 use crate::error::{Error, Result};
 use crate::frame::size::Size;
 use crate::frame::window::Margin;
-use crate::gpu::options::{DepthEncoding, Frame, NormalSpace, TextureEncoding};
+use crate::gpu::options::{DepthEncoding, FrameNumbers, NormalSpace, TextureEncoding};
 use glam::Mat3A;
 
 /// A number or a vector among the numbers of a frame.
@@ -62,7 +62,7 @@ pub(crate) fn frame_bytes(
     textures: TextureEncoding,
     size: Size,
     margin: Margin,
-    frame: &Frame,
+    frame: &FrameNumbers,
 ) -> Result<[u8; FRAME_BYTES]> {
     let (camera, radius) = (frame.camera, frame.params.radius());
     size.expect("camera of a frame", camera.size())?;
@@ -105,7 +105,7 @@ impl Lens {
     ///
     /// # Errors
     /// When the planes are out of range.
-    pub fn new(depth: DepthEncoding, frame: &Frame) -> Result<Self> {
+    pub fn new(depth: DepthEncoding, frame: &FrameNumbers) -> Result<Self> {
         let camera = &frame.camera;
         let [focal_x, focal_y] = camera.focal_px();
         Ok(Self {
@@ -127,7 +127,7 @@ impl Lens {
 }
 
 /// Slope and offset that make a distance, or with perspective its inverse, of a stored depth.
-fn depth_line(encoding: DepthEncoding, frame: &Frame) -> Result<[f32; 2]> {
+fn depth_line(encoding: DepthEncoding, frame: &FrameNumbers) -> Result<[f32; 2]> {
     let perspective = frame.camera.is_perspective();
     let (near, far) = (f64::from(frame.camera.near()), f64::from(frame.far));
     let at = |v: f64| if perspective { 1.0 / v } else { v };

@@ -3,7 +3,7 @@
 #![allow(dead_code, reason = "each test program uses some of it")]
 
 use aonet::gpu::{
-    DepthEncoding, Device, Frame, Kernels, NormalEncoding, NormalSpace, Options, Precision, wgpu,
+    DepthEncoding, Device, FrameNumbers, Kernels, NormalEncoding, NormalSpace, Options, Precision, wgpu,
 };
 use aonet::internals::gpu::bind::extent;
 use aonet::{AoImage, AoParams, GBuffer, Size};
@@ -24,7 +24,7 @@ pub(crate) fn device() -> Option<Device> {
 pub(crate) struct Inputs {
     pub(crate) normal: wgpu::TextureView,
     pub(crate) depth: wgpu::TextureView,
-    pub(crate) frame: Frame,
+    pub(crate) frame: FrameNumbers,
 }
 
 pub(crate) fn inputs(device: &Device, gbuffer: &GBuffer, params: AoParams) -> Inputs {
@@ -35,7 +35,7 @@ pub(crate) fn inputs(device: &Device, gbuffer: &GBuffer, params: AoParams) -> In
     Inputs {
         normal: filled(device, size, wgpu::TextureFormat::Rgba32Float, &normals),
         depth: filled(device, size, wgpu::TextureFormat::R32Float, &depths),
-        frame: Frame { camera: *gbuffer.camera(), far: f32::INFINITY, params },
+        frame: FrameNumbers { camera: *gbuffer.camera(), far: f32::INFINITY, params },
     }
 }
 

@@ -161,7 +161,7 @@ fn dilated(mask: &[bool], width: usize, reach: usize) -> Vec<bool> {
 
 /// Error of a method over the pixels of one kind.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
-pub struct Error {
+pub struct PixelError {
     /// Number of pixels.
     pub pixels: u64,
     /// Sum of the squared differences in visibility.
@@ -170,7 +170,7 @@ pub struct Error {
     pub sum: f64,
 }
 
-impl Error {
+impl PixelError {
     /// Adds the pixels of a mask.
     pub(crate) fn add(&mut self, reference: &AoImage, image: &AoImage, mask: &[bool]) {
         let pairs = image.visibility().iter().zip(reference.visibility());
@@ -197,9 +197,9 @@ impl Error {
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct Breakdown {
     /// In the order of [`Phenomenon::ALL`].
-    pub phenomena: [Error; 4],
+    pub phenomena: [PixelError; 4],
     /// Over the foreground, in the order of [`RadiusClass::ALL`].
-    pub radii: [Error; 3],
+    pub radii: [PixelError; 3],
 }
 
 #[cfg(test)]
@@ -243,13 +243,13 @@ mod tests {
     fn errors_add_up_over_frames() {
         let reference = AoImage::new(Size::px(2, 1), vec![0.5, 0.5]).unwrap();
         let image = AoImage::new(Size::px(2, 1), vec![0.8, 0.1]).unwrap();
-        let mut error = Error::default();
+        let mut error = PixelError::default();
         error.add(&reference, &image, &[true, false]);
         assert!((error.rmse().unwrap() - 0.3).abs() < 1e-6 && (error.bias().unwrap() - 0.3).abs() < 1e-6);
         error.add(&reference, &image, &[false, true]);
         assert!((error.rmse().unwrap() - 0.125f64.sqrt()).abs() < 1e-6, "{error:?}");
         assert!((error.bias().unwrap() + 0.05).abs() < 1e-6);
-        assert_eq!(Error::default().rmse(), None);
+        assert_eq!(PixelError::default().rmse(), None);
     }
 
     #[test]

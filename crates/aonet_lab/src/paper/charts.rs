@@ -148,12 +148,12 @@ fn random(key: &str) -> Result<Model> {
 mod tests {
     use super::*;
     use crate::paper::claims::Verdict;
-    use crate::sensitivity::Channel;
+    use crate::sensitivity::ChannelSensitivity;
 
     #[test]
     fn the_share_of_depth_decides() {
         let with = |relative| {
-            let channel = |r| Channel { name: "c".into(), sigma: 1.0, absolute: r, relative: r };
+            let channel = |r| ChannelSensitivity { name: "c".into(), sigma: 1.0, absolute: r, relative: r };
             let normal = (1.0 - relative) / 3.0;
             Sensitivity {
                 channels: [normal, normal, normal, relative].map(channel).to_vec(),

@@ -20,7 +20,7 @@ pub struct PaperNumbers {
 
 /// One row of a table.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Row {
+pub struct PaperRow {
     /// Name of the model file, without seed and extension.
     pub key: &'static str,
     /// Its name in the table.
@@ -29,13 +29,13 @@ pub struct Row {
     pub paper: PaperNumbers,
 }
 
-const fn row(key: &'static str, label: &'static str, paper: [f64; 3]) -> Row {
+const fn row(key: &'static str, label: &'static str, paper: [f64; 3]) -> PaperRow {
     let paper = PaperNumbers { ssim: Some(paper[0]), psnr: Some(paper[1]), ms: Some(paper[2]) };
-    Row { key, label, paper }
+    PaperRow { key, label, paper }
 }
 
-const fn ours(key: &'static str, label: &'static str) -> Row {
-    Row { key, label, paper: PaperNumbers { ssim: None, psnr: None, ms: None } }
+const fn ours(key: &'static str, label: &'static str) -> PaperRow {
+    PaperRow { key, label, paper: PaperNumbers { ssim: None, psnr: None, ms: None } }
 }
 
 /// The paper's network: a row of Tables 1 to 3, and the last one of Table 4.
@@ -49,18 +49,18 @@ pub const GTAO_TUNED: &str = "gtao:tuned";
 pub const AGTAO: &str = "agtao:tuned";
 
 // AO-Net Table 1, columns "our dataset" and run-time.
-const DEEP_AO: Row = row("deep_ao", "DeepAO", [0.9470, 24.40, 3.98]);
-const DEEP_SHADING: Row = row("deep_shading", "Deep Shading", [0.9597, 25.71, 6.09]);
-const GTAO_ROW: Row = Row {
+const DEEP_AO: PaperRow = row("deep_ao", "DeepAO", [0.9470, 24.40, 3.98]);
+const DEEP_SHADING: PaperRow = row("deep_shading", "Deep Shading", [0.9597, 25.71, 6.09]);
+const GTAO_ROW: PaperRow = PaperRow {
     key: GTAO,
     label: "GTAO, XeGTAO's High",
     paper: PaperNumbers { ssim: Some(0.9767), psnr: Some(26.10), ms: None },
 };
-const AO_NET_ROW: Row = row(AO_NET, "AO-Net (paper's network)", [0.9802, 32.59, 3.92]);
-const OURS: Row = ours("ours", "ours");
+const AO_NET_ROW: PaperRow = row(AO_NET, "AO-Net (paper's network)", [0.9802, 32.59, 3.92]);
+const OURS: PaperRow = ours("ours", "ours");
 
 /// AO-Net Table 1: against other methods.
-pub const TABLE_1: [Row; 12] = [
+pub const TABLE_1: [PaperRow; 12] = [
     ours("ssao:tuned", "SSAO, tuned"),
     ours("hbao:tuned", "HBAO, tuned"),
     ours("ssdo:tuned", "SSDO's occlusion, tuned"),
@@ -76,7 +76,7 @@ pub const TABLE_1: [Row; 12] = [
 ];
 
 /// AO-Net Table 2: run-time at three sizes.
-pub const TABLE_2: [Row; 4] = [DEEP_AO, DEEP_SHADING, AO_NET_ROW, OURS];
+pub const TABLE_2: [PaperRow; 4] = [DEEP_AO, DEEP_SHADING, AO_NET_ROW, OURS];
 
 /// AO-Net Table 2: the paper's run-times (ms) at [`SIZES`].
 pub const TABLE_2_MS: [Option<[f64; 3]>; 4] =
@@ -89,7 +89,7 @@ pub const SIZES: [Size; 3] = [Size::px(540, 540), HD, Size::px(2048, 1024)];
 pub const HD: Size = Size::px(1280, 720);
 
 /// AO-Net Table 3: input features. The last one is ours.
-pub const TABLE_3: [Row; 4] = [
+pub const TABLE_3: [PaperRow; 4] = [
     row(AO_NET, "only normal", [0.9802, 32.59, 3.92]),
     row("normal_depth", "normal + depth", [0.9743, 30.51, 4.22]),
     row("normal_depth_normalized", "normal + normalised depth", [0.9786, 32.45, 4.22]),
@@ -97,7 +97,7 @@ pub const TABLE_3: [Row; 4] = [
 ];
 
 /// AO-Net Table 4: patches and kernels.
-pub const TABLE_4: [Row; 4] = [
+pub const TABLE_4: [PaperRow; 4] = [
     row("base", "Base (U-Net)", [0.9880, 33.40, 20.55]),
     row("base_patch", "Base+Patch", [0.9732, 30.94, 3.60]),
     row("base_kernel", "Base+Kernel", [0.9887, 35.50, 22.78]),
@@ -105,7 +105,7 @@ pub const TABLE_4: [Row; 4] = [
 ];
 
 /// Variants that the paper does not test.
-pub const ABLATIONS: [Row; 9] = [
+pub const ABLATIONS: [PaperRow; 9] = [
     ours(AO_NET, "AO-Net, as in Table 1"),
     ours("normal_encoded", "normals as n/2 + 1/2"),
     ours("softmax", "kernels that sum to one"),

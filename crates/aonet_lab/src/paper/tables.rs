@@ -17,7 +17,7 @@ struct Line {
 }
 
 fn lines(item: Item, subject: &Subject<'_>) -> Vec<Line> {
-    let known: &[rows::Row] = match item {
+    let known: &[rows::PaperRow] = match item {
         Item::Table1 => &rows::TABLE_1,
         Item::Table2 => &rows::TABLE_2,
         Item::Table3 => &rows::TABLE_3,
@@ -26,7 +26,7 @@ fn lines(item: Item, subject: &Subject<'_>) -> Vec<Line> {
         Item::Fig5 => &rows::TABLE_4[..2],
         Item::Fig2 | Item::Fig3 | Item::Fig6 | Item::Fig7 | Item::Fig8 => &[],
     };
-    let line = |r: &rows::Row| Line { key: r.key.to_owned(), label: r.label.to_owned(), paper: r.paper };
+    let line = |r: &rows::PaperRow| Line { key: r.key.to_owned(), label: r.label.to_owned(), paper: r.paper };
     let others = if item == Item::Ablations { subject.models.others() } else { Vec::new() };
     let other = |key: String| Line { label: key.clone(), key, paper: rows::PaperNumbers::default() };
     known.iter().map(line).chain(others.into_iter().map(other)).collect()

@@ -1,7 +1,7 @@
 //! Output files of a run: `log.jsonl`, `curves.svg`, models.
 
 use super::step::Losses;
-use super::validate::Scores;
+use super::validate::ValidationScores;
 use aonet::net::{Model, WeightFormat};
 use aonet_scene::atomic_file;
 use aonet_scene::error::{Error, Result};
@@ -52,7 +52,7 @@ impl Log {
         }))
     }
 
-    pub(crate) fn validation(&mut self, step: u64, scores: &Scores) -> Result<()> {
+    pub(crate) fn validation(&mut self, step: u64, scores: &ValidationScores) -> Result<()> {
         let mut line = json!({ "step": step });
         scores.named().into_iter().for_each(|(name, value)| line[format!("val_{name}")] = json!(value));
         self.write(line)?;
@@ -81,7 +81,7 @@ impl Log {
 ///
 /// # Errors
 /// When the log cannot be read.
-pub(crate) fn best_validation(dir: &Path) -> Result<Option<(u64, Scores)>> {
+pub(crate) fn best_validation(dir: &Path) -> Result<Option<(u64, ValidationScores)>> {
     let path = dir.join("log.jsonl");
     if !path.exists() {
         return Ok(None);
@@ -92,7 +92,7 @@ pub(crate) fn best_validation(dir: &Path) -> Result<Option<(u64, Scores)>> {
         // JSON has no infinity: the PSNR of equal images is written as null.
         let psnr = line["val_psnr"].as_f64().unwrap_or(f64::INFINITY);
         let (loss, ssim) = (line["val_loss"].as_f64()?, line["val_ssim"].as_f64()?);
-        Some((line["step"].as_u64()?, Scores { loss, ssim, psnr }))
+        Some((line["step"].as_u64()?, ValidationScores { loss, ssim, psnr }))
     });
     Ok(scores.min_by(|a, b| a.1.loss.total_cmp(&b.1.loss)))
 }

@@ -25,7 +25,7 @@ mod vgg;
 
 pub use config::{Augment, LossConfig, Optimizer, SsimWindow, TrainConfig};
 pub use frames::Frames;
-pub use validate::Scores;
+pub use validate::ValidationScores;
 
 use crate::adam::cosine_decay;
 use crate::dataset::Manifest;
@@ -192,7 +192,7 @@ impl Course<'_> {
         log.draw_curves()
     }
 
-    fn facts(&self, steps: u64, scores: &Scores) -> TrainingFacts {
+    fn facts(&self, steps: u64, scores: &ValidationScores) -> TrainingFacts {
         let validation = scores.named().into_iter().map(|(name, value)| (name.to_owned(), value)).collect();
         TrainingFacts {
             mean_visibility: Some(self.frames.mean_visibility),

@@ -1,6 +1,8 @@
 //! A queue of runs: every configuration of a folder, with every seed.
 
-use super::{Frames, Scores, TrainConfig, TrainEvent, TrainRun, check_dir, checkpoint, log, train_on};
+use super::{
+    Frames, TrainConfig, TrainEvent, TrainRun, ValidationScores, check_dir, checkpoint, log, train_on,
+};
 use aonet_scene::error::{Error, Result};
 use serde::Serialize;
 use std::path::{Path, PathBuf};
@@ -62,7 +64,7 @@ pub struct RunSummary {
     /// Step of the validation with the lowest loss.
     pub best_step: Option<u64>,
     /// Scores of that validation.
-    pub best: Option<Scores>,
+    pub best: Option<ValidationScores>,
 }
 
 impl QueuedRun {

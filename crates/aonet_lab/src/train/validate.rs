@@ -13,7 +13,7 @@ use serde::Serialize;
 
 /// Means over the validation frames.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct Scores {
+pub struct ValidationScores {
     /// 0.5 (1 - SSIM) + mean absolute error: what the best checkpoint minimises.
     pub loss: f64,
     /// Gaussian 11x11, full frame.
@@ -22,7 +22,7 @@ pub struct Scores {
     pub psnr: f64,
 }
 
-impl Scores {
+impl ValidationScores {
     pub(crate) fn named(&self) -> Vec<(&'static str, f64)> {
         vec![("loss", self.loss), ("ssim", self.ssim), ("psnr", self.psnr)]
     }
@@ -60,7 +60,7 @@ impl Validation {
     ///
     /// # Errors
     /// When a frame is too small to compare.
-    pub(crate) fn score(&self, config: &TrainConfig, weights: &Weights) -> Result<Scores> {
+    pub(crate) fn score(&self, config: &TrainConfig, weights: &Weights) -> Result<ValidationScores> {
         let model = Model::new(config.model.clone(), weights.clone(), TrainingFacts::default())?;
         let score = |(gbuffer, params, reference): &(GBuffer, AoParams, AoImage)| -> Result<[f64; 3]> {
             let mut ao = AoImage::open(gbuffer.window().size());
@@ -72,6 +72,6 @@ impl Validation {
         };
         let all: Vec<[f64; 3]> = self.frames.par_iter().map(score).collect::<Result<_>>()?;
         let mean = |k: usize| all.iter().map(|s| s[k]).sum::<f64>() / all.len() as f64;
-        Ok(Scores { loss: mean(0), ssim: mean(1), psnr: mean(2) })
+        Ok(ValidationScores { loss: mean(0), ssim: mean(1), psnr: mean(2) })
     }
 }

@@ -6,8 +6,8 @@
 //! stay within the default limits of WebGPU; scenes of more than 2.8 million triangles need larger bindings.
 //!
 //! ```no_run
-//! use aonet::gpu::{DepthEncoding, Frame, wgpu};
-//! use aonet_scene::gpu::{ReferenceOptions, Reference, SceneBuffers, Textures};
+//! use aonet::gpu::{DepthEncoding, FrameNumbers, wgpu};
+//! use aonet_scene::gpu::{ReferenceOptions, Reference, SceneBuffers, SurfaceViews};
 //! use aonet_scene::reference::Sampling;
 //! use aonet_scene::trace::Tracer;
 //!
@@ -17,7 +17,7 @@
 //! }
 //!
 //! /// Whenever the camera has moved. A view can be kept for as long as the textures are the same.
-//! fn moved(reference: &mut Reference, of: Textures<'_>, frame: &Frame, encoder: &mut wgpu::CommandEncoder)
+//! fn moved(reference: &mut Reference, of: SurfaceViews<'_>, frame: &FrameNumbers, encoder: &mut wgpu::CommandEncoder)
 //!     -> aonet_scene::Result<()> {
 //!     let view = reference.view(of)?;
 //!     reference.start(encoder, &view, frame)
@@ -44,4 +44,4 @@ mod tests;
 pub use offscreen::Offscreen;
 pub use reference::{RAYS_AT_ONCE, Reference, ReferenceOptions};
 pub use scene::SceneBuffers;
-pub use start::{BoundTextures, Textures};
+pub use start::{BoundTextures, SurfaceViews};

@@ -5,12 +5,12 @@ use super::memory::{Context, PLACES, Ring};
 use super::order::{Batch, Walk};
 use super::program;
 use super::scene::{self, SceneBuffers};
-use super::start::{BoundTextures, Destination, Points, Start, Textures};
+use super::start::{BoundTextures, Destination, Points, Start, SurfaceViews};
 use crate::gbuffer::Surface;
 use crate::reference::{Sampling, spiral};
 use crate::trace::Tracer;
 use crate::{Error, Result};
-use aonet::gpu::{DepthEncoding, Frame, wgpu};
+use aonet::gpu::{DepthEncoding, FrameNumbers, wgpu};
 use aonet::internals::gpu::{bind, scoped};
 use aonet::{AoParams, Size};
 
@@ -199,7 +199,7 @@ impl Reference {
     ///
     /// # Errors
     /// When a texture has another size, or a format or usage that cannot be read.
-    pub fn view(&self, textures: Textures<'_>) -> Result<BoundTextures> {
+    pub fn view(&self, textures: SurfaceViews<'_>) -> Result<BoundTextures> {
         Ok(self.programs.start.view(&self.scene.context, self.sized.size, textures)?)
     }
 
@@ -213,7 +213,7 @@ impl Reference {
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
         view: &BoundTextures,
-        frame: &Frame,
+        frame: &FrameNumbers,
     ) -> Result<()> {
         let radius = frame.params.radius();
         let to =

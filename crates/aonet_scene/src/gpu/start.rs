@@ -8,7 +8,7 @@ use crate::gbuffer::Surface;
 use crate::reference::Point;
 use crate::{Result, Scene};
 use aonet::Size;
-use aonet::gpu::{DepthEncoding, Frame, wgpu};
+use aonet::gpu::{DepthEncoding, FrameNumbers, wgpu};
 use aonet::internals::gpu::{LENS, LENS_WORDS, Lens, bind, scoped};
 use glam::Vec3A;
 use rayon::prelude::*;
@@ -16,7 +16,7 @@ use rayon::prelude::*;
 /// A renderer's textures of a frame: of the reference's size, sampled once a pixel, with the usage
 /// `TEXTURE_BINDING`.
 #[derive(Debug, Clone, Copy)]
-pub struct Textures<'a> {
+pub struct SurfaceViews<'a> {
     /// Shading normals: x, y and z in view space (the camera looks along -Z), not encoded, of any length above zero:
     /// `Rgba16Float`, `Rgba32Float`.
     pub normal: &'a wgpu::TextureView,
@@ -95,9 +95,9 @@ impl Start {
         &self,
         context: &Context,
         size: Size,
-        textures: Textures<'_>,
+        textures: SurfaceViews<'_>,
     ) -> aonet::Result<BoundTextures> {
-        let Textures { normal, geo_normal, depth } = textures;
+        let SurfaceViews { normal, geo_normal, depth } = textures;
         let named = [("normal", normal), ("geometric normal", geo_normal), ("depth", depth)];
         for (what, view) in named {
             check_size(what, view.texture(), size)?;
@@ -129,7 +129,7 @@ impl Start {
         &self,
         encoder: &mut wgpu::CommandEncoder,
         view: &BoundTextures,
-        frame: &Frame,
+        frame: &FrameNumbers,
         Destination { context, ring, points }: Destination<'_>,
     ) -> aonet::Result<()> {
         points.size.expect("view", view.size)?;
@@ -182,7 +182,7 @@ fn put(bytes: &mut [u8], vector: Vec3A) {
 ///
 /// # Errors
 /// When the camera or a plane is out of range.
-fn frame_words(encoding: DepthEncoding, frame: &Frame) -> aonet::Result<[u32; 16 + LENS_WORDS]> {
+fn frame_words(encoding: DepthEncoding, frame: &FrameNumbers) -> aonet::Result<[u32; 16 + LENS_WORDS]> {
     let mut words = [0; 16 + LENS_WORDS];
     let world_from_view = frame.camera.view_from_world().inverse();
     for (column, to) in world_from_view.to_cols_array_2d().iter().zip(words.chunks_exact_mut(4)) {

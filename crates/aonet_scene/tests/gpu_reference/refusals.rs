@@ -4,9 +4,9 @@ use super::device::{filled, target};
 use super::textures::{FLOATS, Shown};
 use super::{FLOAT, LEAST_PSNR, agreement, device, stage};
 use aonet::Size;
-use aonet::gpu::{Device, Frame, wgpu};
+use aonet::gpu::{Device, FrameNumbers, wgpu};
 use aonet_scene::gbuffer::Surface;
-use aonet_scene::gpu::{Offscreen, Reference, ReferenceOptions, SceneBuffers, Textures};
+use aonet_scene::gpu::{Offscreen, Reference, ReferenceOptions, SceneBuffers, SurfaceViews};
 use aonet_scene::reference::{Sampling, reference_ao};
 use std::task::{Context, Poll, Waker};
 
@@ -39,22 +39,22 @@ fn wrong_sizes_formats_and_frames_are_errors() {
     let (normal, geo_normal) = (surface.gbuffer.normal(), &surface.geo_normal[..]);
     let shown = Shown { camera, depth: surface.gbuffer.depth(), normal, geo_normal };
     let [normal, geo_normal, depth] = &shown.textures(&device, FLOATS, |d| d);
-    let textures = Textures { normal, geo_normal, depth };
+    let textures = SurfaceViews { normal, geo_normal, depth };
     let small = filled(&device, Size::px(10, 12), FLOAT, &[0; 480]);
     let unread = target(Size::px(20, 12), FLOAT);
     for (textures, what) in [
-        (Textures { normal: &small, ..textures }, "normal"),
-        (Textures { depth: &small, ..textures }, "depth"),
-        (Textures { depth: &unread, ..textures }, "device"),
+        (SurfaceViews { normal: &small, ..textures }, "normal"),
+        (SurfaceViews { depth: &small, ..textures }, "depth"),
+        (SurfaceViews { depth: &unread, ..textures }, "device"),
     ] {
         assert!(reference.view(textures).unwrap_err().to_string().contains(what));
     }
     let of = reference.view(textures).unwrap();
-    let frame = Frame { camera, far: f32::INFINITY, params };
+    let frame = FrameNumbers { camera, far: f32::INFINITY, params };
     reference.start(&mut encoder, &of, &frame).unwrap();
     let other = camera.tile(0, 0, Size::px(12, camera.height())).unwrap();
-    assert!(reference.start(&mut encoder, &of, &Frame { camera: other, ..frame }).is_err());
-    assert!(reference.start(&mut encoder, &of, &Frame { far: -1.0, ..frame }).is_err());
+    assert!(reference.start(&mut encoder, &of, &FrameNumbers { camera: other, ..frame }).is_err());
+    assert!(reference.start(&mut encoder, &of, &FrameNumbers { far: -1.0, ..frame }).is_err());
     let triangles = tracer.scene().triangle.len() as u32;
     for (triangle, what) in [(vec![triangles; 240], "one of"), (vec![0; 239], "239")] {
         let elsewhere = Surface { triangle, ..surface.clone() };

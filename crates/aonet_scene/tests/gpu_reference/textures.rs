@@ -3,11 +3,11 @@
 use super::device::{filled, read, target, texture};
 use super::scenes::{cuboid, floor, quad, view};
 use super::{FLOAT, LEAST_PSNR, agreement, device, procedural, reference, stage};
-use aonet::gpu::{DepthEncoding, Device, Frame, wgpu};
+use aonet::gpu::{DepthEncoding, Device, FrameNumbers, wgpu};
 use aonet::{AoImage, Camera, Size};
 use aonet_scene::View;
 use aonet_scene::gbuffer::{Surface, render};
-use aonet_scene::gpu::{ReferenceOptions, Textures};
+use aonet_scene::gpu::{ReferenceOptions, SurfaceViews};
 use aonet_scene::reference::{Sampling, reference_ao};
 use aonet_scene::scene::procedural::Kind;
 use aonet_scene::trace::Tracer;
@@ -52,13 +52,13 @@ impl Shown<'_> {
 fn from_textures(
     device: &Device,
     tracer: &Tracer,
-    (textures, frame): (&[wgpu::TextureView; 3], &Frame),
+    (textures, frame): (&[wgpu::TextureView; 3], &FrameNumbers),
     options: ReferenceOptions,
 ) -> AoImage {
     let size = frame.camera.size();
     let mut reference = reference(device, tracer, size, options);
     let [normal, geo_normal, depth] = textures;
-    let view = reference.view(Textures { normal, geo_normal, depth }).unwrap();
+    let view = reference.view(SurfaceViews { normal, geo_normal, depth }).unwrap();
     let visibility = target(device, size, options.output);
     let mut encoder = device.device.create_command_encoder(&Default::default());
     reference.start(&mut encoder, &view, frame).unwrap();
@@ -91,7 +91,7 @@ fn rays_start_at_what_textures_show() {
             true => 0.0,
             false => ((curve(d.into()) - curve(far)) / (curve(near) - curve(far))) as f32,
         };
-        let frame = Frame { camera, far: far as f32, params };
+        let frame = FrameNumbers { camera, far: far as f32, params };
         for (depth_encoding, normals) in [
             (DepthEncoding::Linear, FLOATS),
             (DepthEncoding::Reversed, FLOATS),
@@ -134,7 +134,7 @@ fn rays_start_on_the_surface_wherever_a_rasteriser_has_moved_it() {
     let sampling = Sampling { spp: 60, seed: 5 };
     let cpu = reference_ao(&tracer, &surface, params, sampling, &|_| ()).unwrap();
     let (depth, normal) = (moved(&surface), surface.gbuffer.normal());
-    let frame = Frame { camera, far: f32::INFINITY, params };
+    let frame = FrameNumbers { camera, far: f32::INFINITY, params };
     let options = ReferenceOptions { sampling, depth: DepthEncoding::Linear, output: FLOAT };
     for normals in [FLOATS, HALVES] {
         let shown = Shown { camera, depth: &depth, normal, geo_normal: &surface.geo_normal };
@@ -167,7 +167,7 @@ fn rays_start_at_the_backs_of_triangles_as_at_their_fronts() {
         let (depth, normal) = (surface.gbuffer.depth(), surface.gbuffer.normal());
         let shown = Shown { camera, depth, normal, geo_normal: &surface.geo_normal };
         let textures = shown.textures(&device, FLOATS, |d| d);
-        let frame = Frame { camera, far: f32::INFINITY, params };
+        let frame = FrameNumbers { camera, far: f32::INFINITY, params };
         let options = ReferenceOptions { sampling, depth: DepthEncoding::Linear, output: FLOAT };
         let psnr = agreement(&cpu, &from_textures(&device, &tracer, (&textures, &frame), options));
         println!("{side:+}: {psnr:.1} dB");
@@ -217,7 +217,7 @@ fn rays_start_at_a_depth_buffer() {
     let [normal, geo_normal, _] = shown.textures(&device, FLOATS, |d| d);
     let options = ReferenceOptions { sampling, output: FLOAT, ..ReferenceOptions::default() };
     let trace = |far, stored| {
-        let frame = Frame { camera, far, params };
+        let frame = FrameNumbers { camera, far, params };
         let textures = [normal.clone(), geo_normal.clone(), depth_buffer(&device, size, stored)];
         from_textures(&device, &tracer, (&textures, &frame), options)
     };

@@ -7,7 +7,7 @@ use super::stopwatch::Stopwatch;
 use super::targets::{self, Target, Targets};
 use crate::Result;
 use aonet::gpu::{self as net, DepthEncoding, wgpu};
-use aonet_scene::gpu::{BoundTextures, Reference, ReferenceOptions, SceneBuffers, Textures};
+use aonet_scene::gpu::{BoundTextures, Reference, ReferenceOptions, SceneBuffers, SurfaceViews};
 use aonet_scene::trace::Tracer;
 
 /// Rays per pixel after which the reference has converged: the remaining error is below one step of an 8-bit image.
@@ -20,7 +20,7 @@ pub(super) struct Converging {
     scene: SceneBuffers,
     sized: Option<Sized>,
     /// The frame that the rays so far belong to.
-    since: Option<net::Frame>,
+    since: Option<net::FrameNumbers>,
 }
 
 /// Resources that depend on the size.
@@ -60,7 +60,7 @@ impl Converging {
         }?;
         let depth = targets.depth.view.clone();
         let (normal, geo_normal) = (&targets.normal.view, &targets.geo_normal.view);
-        let view = reference.view(Textures { normal, geo_normal, depth: &depth })?;
+        let view = reference.view(SurfaceViews { normal, geo_normal, depth: &depth })?;
         let visibility = Target::new(gpu, targets.size, targets::VISIBILITY);
         self.sized = Some(Sized { reference, view, visibility, depth });
         self.since = None;
@@ -78,7 +78,7 @@ impl Converging {
         watch: Option<&mut Stopwatch>,
     ) -> Result<()> {
         let Some(Sized { reference, view, visibility, .. }) = &mut self.sized else { return Ok(()) };
-        let of = net::Frame { camera: frame.camera, far: frame.far, params: frame.params };
+        let of = net::FrameNumbers { camera: frame.camera, far: frame.far, params: frame.params };
         let starts = self.since != Some(of);
         let most = if starts { MOST_SAMPLES } else { MOST_SAMPLES.saturating_sub(reference.samples()) };
         let samples = frame.samples.min(most);

@@ -8,7 +8,7 @@ use super::stopwatch::Stopwatch;
 use super::targets::{self, Target, Targets};
 use crate::{Error, Result};
 use aonet::Size;
-use aonet::gpu::{self, DepthEncoding, Kernels, Options, Textures, View, wgpu};
+use aonet::gpu::{self, BoundFrame, DepthEncoding, FrameViews, Kernels, Options, wgpu};
 use aonet::net::gpu::Session;
 use aonet::net::{Model, shipped};
 use aonet::search::Classic;
@@ -35,7 +35,7 @@ pub(super) struct Occlusion {
 struct Running {
     method: Method,
     session: Runner,
-    view: View,
+    view: BoundFrame,
     visibility: Target,
 }
 
@@ -155,7 +155,7 @@ impl Running {
             }
         };
         let visibility = Target::new(gpu, targets.size, targets::VISIBILITY);
-        let view = session.view(textures(targets, &visibility))?;
+        let view = session.bind(textures(targets, &visibility))?;
         Ok(Some(Self { method, session, view, visibility }))
     }
 
@@ -165,7 +165,7 @@ impl Running {
             Runner::Classic(session) => session.resize(targets.size)?,
         }
         self.visibility = Target::new(gpu, targets.size, targets::VISIBILITY);
-        self.view = self.session.view(textures(targets, &self.visibility))?;
+        self.view = self.session.bind(textures(targets, &self.visibility))?;
         Ok(self)
     }
 
@@ -175,7 +175,7 @@ impl Running {
         frame: &FrameParams,
         watch: Option<&mut Stopwatch>,
     ) -> Result<()> {
-        let of = gpu::Frame { camera: frame.camera, far: frame.far, params: frame.params };
+        let of = gpu::FrameNumbers { camera: frame.camera, far: frame.far, params: frame.params };
         let passes = match &self.session {
             Runner::Network(session) => session.pass_labels().len(),
             Runner::Classic(session) => session.pass_labels().len(),
@@ -193,14 +193,19 @@ impl Running {
 }
 
 impl Runner {
-    fn view(&self, textures: Textures<'_>) -> Result<View> {
+    fn bind(&self, textures: FrameViews<'_>) -> Result<BoundFrame> {
         Ok(match self {
-            Self::Network(session) => session.view(textures)?,
-            Self::Classic(session) => session.view(textures)?,
+            Self::Network(session) => session.bind(textures)?,
+            Self::Classic(session) => session.bind(textures)?,
         })
     }
 }
 
-fn textures<'a>(targets: &'a Targets, visibility: &'a Target) -> Textures<'a> {
-    Textures { normal: &targets.normal.view, depth: &targets.depth.view, visibility: &visibility.view }
+fn textures<'a>(targets: &'a Targets, visibility: &'a Target) -> FrameViews<'a> {
+    FrameViews {
+        normal: &targets.normal.view,
+        depth: &targets.depth.view,
+        second: None,
+        visibility: &visibility.view,
+    }
 }

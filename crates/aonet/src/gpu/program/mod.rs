@@ -14,7 +14,7 @@ pub(crate) use numbers::{Arithmetic, Contents, floats};
 use crate::error::Result;
 use crate::frame::size::Size;
 use crate::frame::window::Margin;
-use crate::gpu::options::{Frame, TextureEncoding};
+use crate::gpu::options::{FrameNumbers, TextureEncoding};
 use crate::gpu::uniforms;
 pub use crate::gpu::uniforms::{FRAME_BYTES, FRAME_FIELDS, FrameField};
 use serde::{Deserialize, Serialize};
@@ -80,8 +80,9 @@ pub struct Pass {
     pub label: String,
     /// What it runs.
     pub shader: ShaderId,
-    /// Whether the shader sees the frame: then bind group 0 holds the frame's numbers (binding 0), its normals (1) and its
-    /// depth (2), and the pass's own buffers are in group 1. Otherwise they are in group 0.
+    /// Whether the shader sees the frame: then bind group 0 holds the frame's numbers (binding 0), its normals (1), its
+    /// depth (2) and, with two layers, the depth of the second layer (3). The pass's own buffers are in group 1 then, otherwise
+    /// in group 0.
     pub sees_frame: bool,
     /// The pass's own buffers by binding.
     pub bindings: Vec<Binding>,
@@ -148,7 +149,7 @@ impl Program {
     ///
     /// # Errors
     /// When the camera has another size than the program, or the frame's numbers are out of range.
-    pub fn frame_bytes(&self, margin: Margin, frame: &Frame) -> Result<[u8; FRAME_BYTES]> {
+    pub fn frame_bytes(&self, margin: Margin, frame: &FrameNumbers) -> Result<[u8; FRAME_BYTES]> {
         uniforms::frame_bytes(self.textures, self.size, margin, frame)
     }
 

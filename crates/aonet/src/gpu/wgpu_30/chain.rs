@@ -5,7 +5,7 @@ use crate::gpu::program::{Draw, Program};
 use crate::gpu::wgpu_30::bind;
 use crate::gpu::wgpu_30::cover::{cleared, covered_pipeline};
 use crate::gpu::wgpu_30::host::{Host, Ready, bound, ty};
-use crate::gpu::wgpu_30::view::View;
+use crate::gpu::wgpu_30::view::BoundFrame;
 
 /// A program's buffers and passes on a device.
 #[derive(Debug)]
@@ -73,7 +73,7 @@ impl Chain {
     pub(crate) fn encode(
         &self,
         encoder: &mut wgpu::CommandEncoder,
-        view: &View,
+        view: &BoundFrame,
         timestamps: Option<Timestamps<'_>>,
     ) {
         for buffer in &self.cleared {
@@ -86,7 +86,7 @@ impl Chain {
         self.encode_image(encoder, view, timestamps);
     }
 
-    fn encode_passes(&self, encoder: &mut wgpu::CommandEncoder, view: &View) {
+    fn encode_passes(&self, encoder: &mut wgpu::CommandEncoder, view: &BoundFrame) {
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
             label: Some("aonet"),
             timestamp_writes: None,
@@ -94,7 +94,12 @@ impl Chain {
         self.passes.iter().for_each(|p| p.encode(&mut pass, &view.group));
     }
 
-    fn encode_each_pass(&self, encoder: &mut wgpu::CommandEncoder, view: &View, timestamps: Timestamps<'_>) {
+    fn encode_each_pass(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        view: &BoundFrame,
+        timestamps: Timestamps<'_>,
+    ) {
         for (i, pass) in self.passes.iter().enumerate() {
             let mut one = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
                 label: Some(&pass.label),
@@ -111,7 +116,7 @@ impl Chain {
     fn encode_image(
         &self,
         encoder: &mut wgpu::CommandEncoder,
-        view: &View,
+        view: &BoundFrame,
         timestamps: Option<Timestamps<'_>>,
     ) {
         let first = 2 * self.passes.len() as u32;

@@ -1,7 +1,7 @@
 //! Buffers and pipelines of programs on a device. Programs that run beside one another share weights and compiled shaders.
 
 use crate::error::{Error, Result};
-use crate::gpu::options::{Kernels, Precision};
+use crate::gpu::options::{Kernels, Layers, Precision};
 use crate::gpu::program::{Arithmetic, Binding, Buffer, Contents, Pass, Program, Usage};
 use crate::gpu::wgpu_30::{bind, view};
 use std::collections::HashMap;
@@ -45,9 +45,10 @@ pub(crate) struct Ready {
 }
 
 impl Host {
-    pub(crate) fn new((device, queue): (&wgpu::Device, &wgpu::Queue)) -> Self {
+    /// `layers` are those of the frames that its programs see.
+    pub(crate) fn new((device, queue): (&wgpu::Device, &wgpu::Queue), layers: Layers) -> Self {
         Self {
-            frame_layout: view::layout(device),
+            frame_layout: view::layout(device, layers),
             device: device.clone(),
             queue: queue.clone(),
             compiled: Mutex::default(),

@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Result};
 use crate::gpu::matrices::{Matrices, WAVES};
-use crate::gpu::options::{Kernels, Precision};
+use crate::gpu::options::{Kernels, Layers, Precision};
 use crate::gpu::program::{Arithmetic, Binding, Dispatch, Dispatches};
 use crate::gpu::shader::Shader;
 use crate::gpu::wgpu_30::errors::scoped;
@@ -10,7 +10,7 @@ use crate::gpu::wgpu_30::host::Host;
 
 /// Whether every subgroup of a workgroup multiplies as it should. Waits for the device.
 pub(crate) fn succeeds(matrices: Matrices, device: &wgpu::Device, queue: &wgpu::Queue) -> bool {
-    let host = Host::new((device, queue));
+    let host = Host::new((device, queue), Layers::One);
     let products = scoped(device, "trial", || products(&host, matrices));
     products
         .is_ok_and(|products| products.chunks_exact(matrices.side.pow(2)).all(|p| p == expected(matrices)))

@@ -5,13 +5,13 @@ use crate::frame::ao_image::{AoImage, AoParams};
 use crate::frame::gbuffer::GBuffer;
 use crate::frame::size::Size;
 use crate::frame::window::Window;
-use crate::gpu::options::{DepthEncoding, Frame, Kernels, Precision};
+use crate::gpu::options::{DepthEncoding, FrameNumbers, Kernels, Precision};
 use crate::gpu::wgpu_30::bind::extent;
 use crate::gpu::wgpu_30::device::Device;
 use crate::gpu::wgpu_30::errors::scoped;
 use crate::gpu::wgpu_30::options::Options;
 use crate::gpu::wgpu_30::session::Runner;
-use crate::gpu::wgpu_30::view::{Textures, View};
+use crate::gpu::wgpu_30::view::{BoundFrame, FrameViews};
 use crate::net::gpu::Session;
 use crate::net::model::Model;
 use crate::search::Classic;
@@ -24,7 +24,7 @@ pub struct Offscreen {
     session: Runner,
     precision: Precision,
     window: Window,
-    view: View,
+    view: BoundFrame,
     normal: wgpu::Texture,
     depth: wgpu::Texture,
     visibility: wgpu::Texture,
@@ -92,7 +92,7 @@ impl Offscreen {
             let depth = texture(window.buffer_size(), wgpu::TextureFormat::R32Float, input);
             let visibility = texture(window.size(), OPTIONS.output, output);
             let [n, d, v] = [&normal, &depth, &visibility].map(|t| t.create_view(&Default::default()));
-            let view = session.view(Textures { normal: &n, depth: &d, visibility: &v })?;
+            let view = session.bind(FrameViews { normal: &n, depth: &d, second: None, visibility: &v })?;
             let back = device.device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some("aonet offscreen"),
                 size: (row_bytes(window.size().width()) * window.size().height()) as u64,
@@ -130,7 +130,7 @@ impl Offscreen {
     }
 
     fn submit(&self, gbuffer: &GBuffer, params: AoParams) -> Result<()> {
-        let frame = Frame { camera: *gbuffer.camera(), far: f32::INFINITY, params };
+        let frame = FrameNumbers { camera: *gbuffer.camera(), far: f32::INFINITY, params };
         let mut encoder = self.device.device.create_command_encoder(&Default::default());
         self.session.encode(&mut encoder, (&self.view, &frame), None)?;
         self.upload(gbuffer);

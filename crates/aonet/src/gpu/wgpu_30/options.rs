@@ -2,7 +2,7 @@
 
 use crate::gpu::matrices::Matrices;
 use crate::gpu::options::{
-    DepthEncoding, Kernels, NormalEncoding, NormalSpace, Precision, ProgramOptions, TextureEncoding,
+    DepthEncoding, Kernels, Layers, NormalEncoding, NormalSpace, Precision, ProgramOptions, TextureEncoding,
 };
 use crate::net::config::Features;
 
@@ -42,7 +42,7 @@ impl Options {
     /// What the frame's textures hold.
     pub(crate) fn textures(&self) -> TextureEncoding {
         let Self { normals, normal_space, depth, .. } = *self;
-        TextureEncoding { normals, normal_space, depth }
+        TextureEncoding { normals, normal_space, depth, layers: Layers::One }
     }
 
     /// The options of a program that a device can run, for a network that sees these features.

@@ -2,12 +2,12 @@
 
 use crate::error::{Error, Result};
 use crate::frame::size::Size;
-use crate::gpu::options::Frame;
+use crate::gpu::options::{FrameNumbers, TextureEncoding};
 use crate::gpu::program::{Describe, Program};
 use crate::gpu::wgpu_30::chain::{Chain, Timestamps};
 use crate::gpu::wgpu_30::errors::{check_limits, scoped};
 use crate::gpu::wgpu_30::host::Host;
-use crate::gpu::wgpu_30::view::{Frames, Textures, View, check_size};
+use crate::gpu::wgpu_30::view::{BoundFrame, FrameViews, Frames, check_size};
 use std::sync::Arc;
 
 /// A method and its memory on a device, for frames of one size. `M` describes the method's programs; it may be a [`Program`]
@@ -50,8 +50,9 @@ impl<M: Describe> Session<M> {
         output: wgpu::TextureFormat,
     ) -> Result<Self> {
         check_limits(&on.0.limits())?;
-        let host = Arc::new(Host::new(on));
-        let runner = Runner::new(host, method.program(size)?, output)?;
+        let program = method.program(size)?;
+        let host = Arc::new(Host::new(on, program.textures.layers));
+        let runner = Runner::new(host, program, output)?;
         Ok(Self { method: Arc::new(method), runner })
     }
 
@@ -74,12 +75,12 @@ impl<M: Describe> Session<M> {
         Ok(())
     }
 
-    /// A view of a frame's textures; one for each camera that sees a frame.
+    /// Binds a frame's textures; once for each camera that sees a frame.
     ///
     /// # Errors
     /// When a texture has another size, format or usage than the session needs.
-    pub fn view(&self, textures: Textures<'_>) -> Result<View> {
-        self.runner.view(textures)
+    pub fn bind(&self, views: FrameViews<'_>) -> Result<BoundFrame> {
+        self.runner.bind(views)
     }
 
     /// Encodes the passes of a frame: they read the normal and depth of `view` and write its visibility, in [0, 1],
@@ -90,7 +91,12 @@ impl<M: Describe> Session<M> {
     ///
     /// # Errors
     /// When view or camera have another size than the session, or the frame's numbers are out of range.
-    pub fn encode(&self, encoder: &mut wgpu::CommandEncoder, view: &View, frame: &Frame) -> Result<()> {
+    pub fn encode(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        view: &BoundFrame,
+        frame: &FrameNumbers,
+    ) -> Result<()> {
         self.runner.encode(encoder, (view, frame), None)
     }
 
@@ -101,8 +107,8 @@ impl<M: Describe> Session<M> {
     pub fn encode_timed(
         &self,
         encoder: &mut wgpu::CommandEncoder,
-        view: &View,
-        frame: &Frame,
+        view: &BoundFrame,
+        frame: &FrameNumbers,
         timestamps: Timestamps<'_>,
     ) -> Result<()> {
         self.runner.encode(encoder, (view, frame), Some(timestamps))
@@ -156,17 +162,18 @@ impl Runner {
         Self::new(Arc::clone(&self.host), program, self.output)
     }
 
-    /// See [`Session::view`].
-    pub(crate) fn view(&self, textures: Textures<'_>) -> Result<View> {
-        let frames = Frames { size: self.program.size, output: self.output };
-        View::new(&self.host.device, &self.host.frame_layout, frames, textures)
+    /// See [`Session::bind`].
+    pub(crate) fn bind(&self, views: FrameViews<'_>) -> Result<BoundFrame> {
+        let Program { size, textures: TextureEncoding { layers, .. }, .. } = self.program;
+        let frames = Frames { size, layers, output: self.output };
+        BoundFrame::new(&self.host.device, &self.host.frame_layout, frames, views)
     }
 
     /// See [`Session::encode`].
     pub(crate) fn encode(
         &self,
         encoder: &mut wgpu::CommandEncoder,
-        (view, frame): (&View, &Frame),
+        (view, frame): (&BoundFrame, &FrameNumbers),
         timestamps: Option<Timestamps<'_>>,
     ) -> Result<()> {
         view.begin(&self.host.queue, &self.program, frame)?;

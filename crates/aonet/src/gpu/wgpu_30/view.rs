@@ -3,7 +3,7 @@
 use crate::error::{Error, Result};
 use crate::frame::size::Size;
 use crate::frame::window::{Margin, Window};
-use crate::gpu::options::Frame;
+use crate::gpu::options::{FrameNumbers, Layers};
 use crate::gpu::program::Program;
 use crate::gpu::uniforms::FRAME_BYTES;
 use crate::gpu::wgpu_30::bind;
@@ -11,19 +11,22 @@ use crate::gpu::wgpu_30::errors::scoped;
 
 /// Views of textures of the session's size; all must be sampled once a pixel.
 #[derive(Debug, Clone, Copy)]
-pub struct Textures<'a> {
+pub struct FrameViews<'a> {
     /// Normals in the session's encoding; needs the usage `TEXTURE_BINDING`.
     pub normal: &'a wgpu::TextureView,
     /// Depth in the session's encoding, the depth aspect only; needs the usage `TEXTURE_BINDING`.
     pub depth: &'a wgpu::TextureView,
+    /// The second layer of depth, likewise: for sessions of programs with [`Layers::Two`]. Others do not read it.
+    pub second: Option<&'a wgpu::TextureView>,
     /// Visibility comes here, in the session's output format; needs the usage `RENDER_ATTACHMENT`. It may be smaller than the
     /// session: the rest is a guard band, as wide on the left as on the right and as high above as below.
     pub visibility: &'a wgpu::TextureView,
 }
 
-/// Textures that a session can read and write, and the camera's place in memory. One for every camera of a frame.
+/// Textures that a session reads and writes, and the memory of the frame's numbers. There is one for each camera of a
+/// frame.
 #[derive(Debug)]
-pub struct View {
+pub struct BoundFrame {
     pub(crate) size: Size,
     margin: Margin,
     pub(crate) group: wgpu::BindGroup,
@@ -35,25 +38,33 @@ pub struct View {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Frames {
     pub(crate) size: Size,
+    pub(crate) layers: Layers,
     /// Format of the AO texture.
     pub(crate) output: wgpu::TextureFormat,
 }
 
 /// The layout of what the shaders see of a frame.
-pub(crate) fn layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
+pub(crate) fn layout(device: &wgpu::Device, layers: Layers) -> wgpu::BindGroupLayout {
     let stages = wgpu::ShaderStages::COMPUTE | wgpu::ShaderStages::FRAGMENT;
-    bind::layout(device, "frame", stages, &[bind::UNIFORM, bind::TEXTURE, bind::TEXTURE])
+    let types = [bind::UNIFORM, bind::TEXTURE, bind::TEXTURE, bind::TEXTURE];
+    bind::layout(device, "frame", stages, &types[..2 + layers.count()])
 }
 
-impl View {
+impl BoundFrame {
     pub(crate) fn new(
         device: &wgpu::Device,
         layout: &wgpu::BindGroupLayout,
-        Frames { size, output }: Frames,
-        textures: Textures<'_>,
+        Frames { size, layers, output }: Frames,
+        views: FrameViews<'_>,
     ) -> Result<Self> {
-        let Textures { normal, depth, visibility } = textures;
-        for (what, view) in [("normal", normal), ("depth", depth)] {
+        let FrameViews { normal, depth, second, visibility } = views;
+        let mut inputs = vec![("normal", normal), ("depth", depth)];
+        if layers == Layers::Two {
+            let missing =
+                || Error::value("second depth texture", "one, because the program has two layers", "none");
+            inputs.push(("second depth", second.ok_or_else(missing)?));
+        }
+        for (what, view) in &inputs {
             size.expect(&format!("{what} texture"), size_of(view.texture())?)?;
         }
         let margin = margin(size, visibility.texture())?;
@@ -71,7 +82,7 @@ impl View {
             usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
             mapped_at_creation: false,
         });
-        let textures = [normal, depth].map(wgpu::BindingResource::TextureView);
+        let textures = inputs.iter().map(|(_, view)| wgpu::BindingResource::TextureView(view));
         let resources = [frame.as_entire_binding()].into_iter().chain(textures);
         let group =
             scoped(device, "textures of a frame", || Ok(bind::group(device, "frame", layout, resources)))?;
@@ -79,12 +90,12 @@ impl View {
     }
 }
 
-impl View {
+impl BoundFrame {
     /// Writes a frame's numbers for the commands that are submitted next.
     ///
     /// # Errors
     /// When view or camera have another size than the session, or the frame's numbers are out of range.
-    pub(crate) fn begin(&self, queue: &wgpu::Queue, program: &Program, frame: &Frame) -> Result<()> {
+    pub(crate) fn begin(&self, queue: &wgpu::Queue, program: &Program, frame: &FrameNumbers) -> Result<()> {
         program.size.expect("view of a session", self.size)?;
         queue.write_buffer(&self.frame, 0, &program.frame_bytes(self.margin, frame)?);
         Ok(())

@@ -10,7 +10,7 @@
 //! # #[cfg(feature = "gpu")]
 //! # mod engine {
 //! use aonet::Size;
-//! use aonet::gpu::{Frame, Options, Textures, wgpu};
+//! use aonet::gpu::{FrameNumbers, Options, FrameViews, wgpu};
 //! use aonet::net::gpu::Session;
 //! use aonet::net::{Model, shipped};
 //!
@@ -19,9 +19,9 @@
 //!     Session::new((device, queue), &model, Size::px(1280, 720), Options::default())
 //! }
 //!
-//! fn frame(session: &Session, of: Textures<'_>, frame: &Frame, encoder: &mut wgpu::CommandEncoder) -> aonet::Result<()> {
+//! fn frame(session: &Session, of: FrameViews<'_>, frame: &FrameNumbers, encoder: &mut wgpu::CommandEncoder) -> aonet::Result<()> {
 //!     // A view can be kept for as long as the textures are the same.
-//!     let view = session.view(of)?;
+//!     let view = session.bind(of)?;
 //!     session.encode(encoder, &view, frame)
 //! }
 //! # }

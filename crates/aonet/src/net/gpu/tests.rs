@@ -1,7 +1,7 @@
 //! Every operation on a device against the oracle's loops.
 
 use crate::frame::size::Size;
-use crate::gpu::options::{Kernels, Precision};
+use crate::gpu::options::{Kernels, Layers, Precision};
 use crate::gpu::program::{Arithmetic, BufferId, Dispatches};
 use crate::gpu::surface::Surface;
 use crate::gpu::wgpu_30::device::Device;
@@ -32,7 +32,7 @@ fn devices() -> Vec<On> {
     let all = precisions.flat_map(|precision| KERNELS.map(|kernels| (precision, kernels)));
     let all = all.filter(|(_, kernels)| *kernels == Kernels::Plain || has(wgpu::Features::SUBGROUP));
     let all = all.chain(matrices.map(|matrices| (Precision::F16, Kernels::Matrices(matrices))));
-    let host = Arc::new(Host::new((&device, &queue)));
+    let host = Arc::new(Host::new((&device, &queue), Layers::One));
     let on =
         |(precision, kernels)| On { host: Arc::clone(&host), arithmetic: Arithmetic { precision, kernels } };
     all.map(on).collect()

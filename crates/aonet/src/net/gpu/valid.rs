@@ -3,7 +3,7 @@
 use super::{features, head};
 use crate::gpu::image::{self, covering};
 use crate::gpu::matrices::Matrices;
-use crate::gpu::options::{DepthEncoding, Kernels, NormalEncoding, Precision, TextureEncoding};
+use crate::gpu::options::{DepthEncoding, Kernels, Layers, NormalEncoding, Precision, TextureEncoding};
 use crate::gpu::program::Arithmetic;
 use crate::gpu::surface::Surface;
 use crate::gpu::wgpu_30::matrix_trial;
@@ -114,7 +114,8 @@ pub(crate) fn encodings() -> Vec<TextureEncoding> {
     let depth = |depth| TextureEncoding { depth, ..Default::default() };
     let normals = |normals| TextureEncoding { normals, ..Default::default() };
     let all = [Plain, Unorm, Octahedral, OctahedralUnorm].map(normals);
-    [Linear, Reversed, Standard].map(depth).into_iter().chain(all).collect()
+    let layers = [TextureEncoding { layers: Layers::Two, ..Default::default() }];
+    [Linear, Reversed, Standard].map(depth).into_iter().chain(all).chain(layers).collect()
 }
 
 #[test]

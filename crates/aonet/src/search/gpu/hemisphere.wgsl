@@ -24,6 +24,6 @@ fn look(p: Pixel, point: vec3<f32>) -> vec2<f32> {
     }
     let scale = 1.0 / (frame.pixel_size.y - frame.pixel_size.x * point.z);
     let place = vec2(point.x / frame.aspect, -point.y) * scale + frame.centre - 0.5;
-    let z = -depth_at(vec2<u32>(nearest(place)));
+    let z = -depth_at(vec2<u32>(nearest(place)), 0u);
     return vec2(z, select(-1.0, z - point.z, inside(place)));
 }

@@ -46,7 +46,7 @@ fn nearest(place: vec2<f32>) -> vec2<f32> {
 /// View-space position of what the pixel nearest to a place shows.
 fn shown_at(place: vec2<f32>) -> vec3<f32> {
     let pixel = nearest(place);
-    return position_at(pixel, depth_at(vec2<u32>(pixel)));
+    return position_at(pixel, depth_at(vec2<u32>(pixel), 0u));
 }
 
 @compute @workgroup_size(TILE_WIDTH, TILE_HEIGHT)

@@ -36,10 +36,10 @@ fn main(
     var high = min(low + 1u, frame.size - 1u);
     low = min(low, high);
     var value = mean(vec4(
-        depth_at(low),
-        depth_at(vec2(high.x, low.y)),
-        depth_at(vec2(low.x, high.y)),
-        depth_at(high),
+        depth_at(low, 0u),
+        depth_at(vec2(high.x, low.y), 0u),
+        depth_at(vec2(low.x, high.y), 0u),
+        depth_at(high, 0u),
     ));
     write(1u, cell, value);
     for (var level = 2u; level <= COARSER; level++) {

@@ -9,7 +9,7 @@ fn tap(pixel: vec2<f32>, pixels: f32) -> vec3<f32> {
     // The exponent of a number in [1/2, 1) is 126 with its bias.
     let level = (bitcast<u32>(ratio) >> 23u) - 126u;
     if (level == 0u) {
-        return position_at(pixel, depth_at(vec2<u32>(pixel)));
+        return position_at(pixel, depth_at(vec2<u32>(pixel), 0u));
     }
     let cell = vec2<u32>(pixel) >> vec2(level);
     let depth = coarse[levels.first[level - 1u] + cell.y * levels.width[level - 1u] + cell.x];

@@ -87,7 +87,7 @@ fn breakdown(results: &Table, style: Style) -> String {
     header.extend(RadiusClass::ALL.iter().map(|c| c.name()));
     let cells = |(name, b): &(String, Breakdown)| {
         let errors = b.phenomena.iter().chain(&b.radii);
-        let cell = |e: &phenomena::Error| format!("{} / {}", number(e.rmse(), 3), number(e.bias(), 3));
+        let cell = |e: &phenomena::PixelError| format!("{} / {}", number(e.rmse(), 3), number(e.bias(), 3));
         std::iter::once(name.clone()).chain(errors.map(cell)).collect()
     };
     table(&header, &results.breakdown.iter().map(cells).collect::<Vec<_>>(), style)

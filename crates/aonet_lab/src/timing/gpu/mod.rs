@@ -10,7 +10,7 @@ pub use cost::{PassCost, classic_costs, network_costs};
 
 use super::{median, ms_since};
 use aonet::Size;
-use aonet::gpu::{Device, Kernels, Options, Precision, Timestamps, View, wgpu};
+use aonet::gpu::{BoundFrame, Device, Kernels, Options, Precision, Timestamps, wgpu};
 use aonet::net::Model;
 use aonet::net::gpu::Session;
 use aonet::search::Classic;
@@ -85,10 +85,10 @@ impl Runs {
         })
     }
 
-    fn view(&self, scene: &Scene) -> Result<View> {
+    fn bind(&self, scene: &Scene) -> Result<BoundFrame> {
         Ok(match self {
-            Self::Network(session) => session.view(scene.textures())?,
-            Self::Classic(session) => session.view(scene.textures())?,
+            Self::Network(session) => session.bind(scene.textures())?,
+            Self::Classic(session) => session.bind(scene.textures())?,
         })
     }
 
@@ -96,7 +96,7 @@ impl Runs {
     fn encode(
         &self,
         encoder: &mut wgpu::CommandEncoder,
-        (view, scene): (&View, &Scene),
+        (view, scene): (&BoundFrame, &Scene),
         timestamps: Option<Timestamps<'_>>,
     ) -> Result<()> {
         let frame = &scene.frame;
@@ -131,7 +131,7 @@ impl Runs {
 /// When the device lacks something or is lost, or the method has no shaders.
 pub fn time_on_gpu(device: &Device, of: GpuMethod<'_>, size: Size, runs: usize) -> Result<GpuTimes> {
     let (runs, session, scene) = (runs.max(1), Runs::new(device, of, size)?, Scene::new(device, size)?);
-    let view = session.view(&scene)?;
+    let view = session.bind(&scene)?;
     let batch = |frames: usize| -> Result<f64> {
         let start = Instant::now();
         for _ in 0..frames {

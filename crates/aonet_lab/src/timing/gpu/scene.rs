@@ -1,7 +1,7 @@
 //! Textures of the timed frame, as in a renderer.
 
 use crate::timing::{RADIUS, bump};
-use aonet::gpu::{DepthEncoding, Device, Frame, Options, Precision, Textures, wgpu};
+use aonet::gpu::{DepthEncoding, Device, FrameNumbers, FrameViews, Options, Precision, wgpu};
 use aonet::internals::gpu::bind::extent;
 use aonet::{AoParams, GBuffer, Size};
 use aonet_scene::Result;
@@ -15,7 +15,7 @@ pub(super) fn options(precision: Precision) -> Options {
 /// The textures that a session reads and writes, and the frame.
 pub(super) struct Scene {
     views: [wgpu::TextureView; 3],
-    pub(super) frame: Frame,
+    pub(super) frame: FrameNumbers,
 }
 
 impl Scene {
@@ -34,13 +34,17 @@ impl Scene {
         ];
         Ok(Self {
             views: textures.map(|t| t.create_view(&Default::default())),
-            frame: Frame { camera: *gbuffer.camera(), far: f32::INFINITY, params: AoParams::new(RADIUS)? },
+            frame: FrameNumbers {
+                camera: *gbuffer.camera(),
+                far: f32::INFINITY,
+                params: AoParams::new(RADIUS)?,
+            },
         })
     }
 
-    pub(super) fn textures(&self) -> Textures<'_> {
+    pub(super) fn textures(&self) -> FrameViews<'_> {
         let [normal, depth, visibility] = &self.views;
-        Textures { normal, depth, visibility }
+        FrameViews { normal, depth, second: None, visibility }
     }
 }
 

@@ -12,7 +12,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(local_invocation_
         atomicStore(&of_workgroup[index], 0u);
     }
     workgroupBarrier();
-    let depth = depth_at(min(id.xy, frame.size - 1u));
+    let depth = depth_at(min(id.xy, frame.size - 1u), 0u);
     if (depth < BACKGROUND) {
         atomicMax(&of_workgroup[0], ~bitcast<u32>(depth));
         atomicMax(&of_workgroup[1], bitcast<u32>(depth));
