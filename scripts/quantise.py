@@ -12,7 +12,7 @@ from runtimes import importable
 # Convolutions and the operations between them.
 OPERATORS = ["Conv", "LeakyRelu", "Pad", "AveragePool", "Concat", "Resize"]
 # Prefixes of the names of operations that apply kernels: see aonet_lab's onnx/ops.rs and onnx/tuned.rs.
-TAIL = ("normal", "kernel", "weighed", "softmax", "component", "head/")
+TAIL = ("normal", "kernel", "weighted", "softmax", "component", "head/")
 
 
 def is_tail(name):

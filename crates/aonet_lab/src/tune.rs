@@ -96,24 +96,24 @@ fn loss(method: &Classic, frames: &[TrainingFrame]) -> Result<f64> {
 
 /// Every parameter that is searched, drawn from its range.
 fn drawn(mut method: Classic, random: &mut Random) -> Result<Classic> {
-    for knob in searched(&method) {
-        method.set(knob.name, knob.at(random.unit_f64()))?;
+    for parameter in searched(&method) {
+        method.set(parameter.name, parameter.at(random.unit_f64()))?;
     }
     Ok(method)
 }
 
 /// Some parameters moved by about `reach` of their range.
 fn nearby(mut method: Classic, random: &mut Random, reach: f64) -> Result<Classic> {
-    let knobs = searched(&method);
-    let share = (2.0 / knobs.len() as f64).max(0.25);
-    let sure = (random.unit_f64() * knobs.len() as f64) as usize;
-    for (i, knob) in knobs.iter().enumerate() {
+    let parameters = searched(&method);
+    let share = (2.0 / parameters.len() as f64).max(0.25);
+    let sure = (random.unit_f64() * parameters.len() as f64) as usize;
+    for (i, parameter) in parameters.iter().enumerate() {
         // Two draws make a triangle about zero.
         let moves = random.unit_f64() < share || i == sure;
         let by = reach * (random.unit_f64() - random.unit_f64());
         if moves {
-            let by = if knob.whole { by.signum() * by.abs().max(1.01 / knob.span()) } else { by };
-            method.set(knob.name, knob.at((knob.place() + by).clamp(0.0, 1.0)))?;
+            let by = if parameter.whole { by.signum() * by.abs().max(1.01 / parameter.span()) } else { by };
+            method.set(parameter.name, parameter.at((parameter.place() + by).clamp(0.0, 1.0)))?;
         }
     }
     Ok(method)
@@ -129,15 +129,15 @@ struct Scale {
 }
 
 fn searched(method: &Classic) -> Vec<Scale> {
-    let knobs = method.knobs().into_iter().filter(|k| !COST.contains(&k.name));
-    let scale = |k: aonet::search::KnobValue| Scale {
+    let parameters = method.parameters().into_iter().filter(|k| !COST.contains(&k.name));
+    let scale = |k: aonet::search::ParameterValue| Scale {
         name: k.name,
         low: k.low.into(),
         high: k.high.into(),
         value: k.value.into(),
         whole: k.whole,
     };
-    knobs.map(scale).collect()
+    parameters.map(scale).collect()
 }
 
 impl Scale {
@@ -178,13 +178,13 @@ mod tests {
     #[test]
     fn scales_go_there_and_back() {
         let method = Classic::named("vbao").unwrap();
-        for knob in searched(&method) {
+        for parameter in searched(&method) {
             assert!(
-                (f64::from(knob.at(knob.place())) - knob.value).abs() < 1e-4 * knob.high,
+                (f64::from(parameter.at(parameter.place())) - parameter.value).abs() < 1e-4 * parameter.high,
                 "{}",
-                knob.name
+                parameter.name
             );
-            assert_eq!((knob.at(0.0), knob.at(1.0)), (knob.low as f32, knob.high as f32));
+            assert_eq!((parameter.at(0.0), parameter.at(1.0)), (parameter.low as f32, parameter.high as f32));
         }
         assert!(searched(&method).iter().all(|k| k.name != "slices"));
     }
@@ -202,7 +202,7 @@ mod tests {
         assert_eq!(tune(&manifest, method, search, &|_, _| ()).unwrap(), tuned);
         assert_ne!(tune(&manifest, method, Search { seed: 6, ..search }, &|_, _| ()).unwrap(), tuned);
         let only_cost = |m: &Classic| -> Vec<f32> {
-            m.knobs().iter().filter(|k| COST.contains(&k.name)).map(|k| k.value).collect()
+            m.parameters().iter().filter(|k| COST.contains(&k.name)).map(|k| k.value).collect()
         };
         assert_eq!(only_cost(&tuned.method), only_cost(&method));
         assert!(tune(&manifest, method, Search { frames: 0, ..search }, &|_, _| ()).is_err());

@@ -102,7 +102,7 @@ pub enum Op {
     KernelPredict {
         /// patch²·48 x H x W.
         kernels: ValueId,
-        /// The value whose first three channels are weighed; pH x pW.
+        /// The value whose first three channels are weighted; pH x pW.
         guide: ValueId,
         /// Side (px).
         patch: usize,

@@ -36,7 +36,7 @@ use crate::simd::{Isa, Kernel, Simd};
 use crate::threads::Band;
 pub(crate) use denoise::{Denoise, Filter};
 pub(crate) use noise::noise_of;
-use params::Knobs;
+use params::Parameters;
 use screen::Pixels;
 pub(crate) use screen::Screen;
 use serde::{Deserialize, Serialize};
@@ -102,7 +102,7 @@ impl Classic {
         ]
     }
 
-    /// The method called so with its defaults; `gtao:tuned` with parameters that were found on training frames, and
+    /// The method of this name with its defaults; `gtao:tuned` with parameters that were found on training frames, and
     /// `gtao:low` to `gtao:ultra` (also of vbao) with another number of slices and steps.
     ///
     /// # Errors
@@ -170,17 +170,17 @@ impl Classic {
     }
 
     /// Its parameters: name, what it does, range and value.
-    pub fn knobs(&self) -> Vec<KnobValue> {
-        fn of<P: Knobs>(params: &P) -> Vec<KnobValue> {
-            let one = |knob: &params::Knob<P>| KnobValue {
-                name: knob.name,
-                doc: knob.doc.trim(),
-                low: knob.low,
-                high: knob.high,
-                whole: knob.whole,
-                value: (knob.get)(params),
+    pub fn parameters(&self) -> Vec<ParameterValue> {
+        fn of<P: Parameters>(params: &P) -> Vec<ParameterValue> {
+            let one = |parameter: &params::Parameter<P>| ParameterValue {
+                name: parameter.name,
+                doc: parameter.doc.trim(),
+                low: parameter.low,
+                high: parameter.high,
+                whole: parameter.whole,
+                value: (parameter.get)(params),
             };
-            P::KNOBS.iter().map(one).collect()
+            P::PARAMETERS.iter().map(one).collect()
         }
         each!(self, params => of(params))
     }
@@ -216,9 +216,9 @@ impl Classic {
     }
 }
 
-/// A parameter of a method, as [`Classic::knobs`] lists it.
+/// A parameter of a method, as [`Classic::parameters`] lists it.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct KnobValue {
+pub struct ParameterValue {
     /// Its name.
     pub name: &'static str,
     /// What it does, and its unit.

@@ -4,7 +4,7 @@ use crate::error::{Error, Result};
 
 /// One parameter of a method `P`.
 #[derive(Debug)]
-pub(crate) struct Knob<P> {
+pub(crate) struct Parameter<P> {
     /// Its name, as in the struct and in files.
     pub(crate) name: &'static str,
     /// What it does, and its unit.
@@ -22,21 +22,21 @@ pub(crate) struct Knob<P> {
 }
 
 /// Parameters that can be listed, read and written by name.
-pub(crate) trait Knobs: Sized + Default + 'static {
+pub(crate) trait Parameters: Sized + Default + 'static {
     /// All of them.
-    const KNOBS: &'static [Knob<Self>];
+    const PARAMETERS: &'static [Parameter<Self>];
 
     /// Sets one by name.
     ///
     /// # Errors
     /// When there is no such parameter, or the value is NaN, out of range, or a fraction of something counted.
     fn set(&mut self, name: &str, value: f32) -> Result<()> {
-        let Some(knob) = Self::KNOBS.iter().find(|knob| knob.name == name) else {
-            let names: Vec<_> = Self::KNOBS.iter().map(|knob| knob.name).collect();
+        let Some(parameter) = Self::PARAMETERS.iter().find(|parameter| parameter.name == name) else {
+            let names: Vec<_> = Self::PARAMETERS.iter().map(|parameter| parameter.name).collect();
             return Err(Error::value("parameter", format!("one of {}", names.join(", ")), name));
         };
-        knob.check(value)?;
-        (knob.set)(self, value);
+        parameter.check(value)?;
+        (parameter.set)(self, value);
         Ok(())
     }
 
@@ -45,12 +45,12 @@ pub(crate) trait Knobs: Sized + Default + 'static {
     /// # Errors
     /// Names the parameter, its range and what was found.
     fn checked(self) -> Result<Self> {
-        Self::KNOBS.iter().try_for_each(|knob| knob.check((knob.get)(&self)))?;
+        Self::PARAMETERS.iter().try_for_each(|parameter| parameter.check((parameter.get)(&self)))?;
         Ok(self)
     }
 }
 
-impl<P> Knob<P> {
+impl<P> Parameter<P> {
     fn check(&self, value: f32) -> Result<()> {
         let (low, high) = (self.low, self.high);
         if (low..=high).contains(&value) && (!self.whole || value.fract() == 0.0) {
@@ -86,9 +86,9 @@ macro_rules! params {
             }
         }
 
-        impl $crate::search::params::Knobs for $name {
-            const KNOBS: &'static [$crate::search::params::Knob<Self>] = &[$(
-                $crate::search::params::Knob {
+        impl $crate::search::params::Parameters for $name {
+            const PARAMETERS: &'static [$crate::search::params::Parameter<Self>] = &[$(
+                $crate::search::params::Parameter {
                     name: stringify!($field),
                     doc: concat!($($doc),*),
                     low: $low as f32,

@@ -5,7 +5,7 @@ use crate::frame_args::{FrameArgs, Run};
 use crate::output::{Style, table};
 use crate::setup;
 use anyhow::{Context, Result};
-use aonet::search::{Classic, KnobValue, Options, Session};
+use aonet::search::{Classic, Options, ParameterValue, Session};
 use aonet::{AoImage, AoParams, GBuffer};
 use aonet_lab::frame::Frame;
 use clap::Parser;
@@ -41,11 +41,11 @@ const EXAMPLES: &str = "Examples:
 
 /// The examples and every method's parameters.
 fn long_help() -> String {
-    let row = |k: KnobValue| {
+    let row = |k: ParameterValue| {
         vec![k.name.into(), k.value.to_string(), format!("{} to {}", k.low, k.high), k.doc.into()]
     };
     let of = |method: Classic| {
-        let rows: Vec<_> = method.knobs().into_iter().map(row).collect();
+        let rows: Vec<_> = method.parameters().into_iter().map(row).collect();
         let header = [method.name(), "default", "range", "what it does"];
         table(&header, &rows, Style::Text)
     };

@@ -134,7 +134,7 @@ fn report(
             "validation": validation,
         }));
     }
-    let pairs = before.knobs().into_iter().zip(tuned.method.knobs());
+    let pairs = before.parameters().into_iter().zip(tuned.method.parameters());
     let rows: Vec<_> = pairs
         .map(|(a, b)| vec![a.name.to_owned(), a.value.to_string(), number(f64::from(b.value), 4)])
         .chain([vec!["loss".into(), number(tuned.loss_before, 4), number(tuned.loss, 4)]])

@@ -33,8 +33,8 @@ pub(super) fn predict(writer: &mut Writer, features: &str, guide: &str, head: He
         KernelWeights::Softmax => return softmax_kernels(writer, &kernels, &neighbours),
         KernelWeights::Linear | KernelWeights::Off => kernels,
     };
-    let weighed = writer.node(("weighed", "Mul"), &[&kernels, &neighbours], &[]);
-    mean_of_components(writer, &weighed)
+    let weighted = writer.node(("weighted", "Mul"), &[&kernels, &neighbours], &[]);
+    mean_of_components(writer, &weighted)
 }
 
 /// The head's parameters with outputs in the order of [`pixel_shuffle`]: `k * patch² + pixel` instead of `pixel * 48 + k`.
@@ -63,7 +63,7 @@ fn neighbours(writer: &mut Writer, guide: &str) -> String {
 
 /// For each component of the normal, a softmax over the 16 taps.
 fn softmax_kernels(writer: &mut Writer, kernels: &str, neighbours: &str) -> String {
-    let mut weighed = Vec::new();
+    let mut weighted = Vec::new();
     for c in 0..GUIDE_CHANNELS {
         let bounds = [c as i64, END, 1, GUIDE_CHANNELS as i64].map(|value| writer.ints(&[value]));
         let bounds = bounds.each_ref().map(String::as_str);
@@ -74,17 +74,17 @@ fn softmax_kernels(writer: &mut Writer, kernels: &str, neighbours: &str) -> Stri
         let (kernel, normal) = (component("kernel", kernels), component("component", neighbours));
         let axis = ("axis", Attribute::Int(1));
         let kernel = writer.node((&format!("softmax{c}"), "Softmax"), &[&kernel], &[axis]);
-        weighed.push(writer.node((&format!("weighed{c}"), "Mul"), &[&kernel, &normal], &[]));
+        weighted.push(writer.node((&format!("weighted{c}"), "Mul"), &[&kernel, &normal], &[]));
     }
-    let weighed = concat(writer, "weighed", &weighed.iter().map(String::as_str).collect::<Vec<_>>());
-    mean_of_components(writer, &weighed)
+    let weighted = concat(writer, "weighted", &weighted.iter().map(String::as_str).collect::<Vec<_>>());
+    mean_of_components(writer, &weighted)
 }
 
 /// The sum of all channels over the number of components. As a mean, because pnnx forgets which channels a `ReduceSum`
 /// is over: they are an input of it, but an attribute of this set's `ReduceMean`.
-fn mean_of_components(writer: &mut Writer, weighed: &str) -> String {
+fn mean_of_components(writer: &mut Writer, weighted: &str) -> String {
     let axes = ("axes", Attribute::Ints(&[1]));
-    let mean = writer.node(("kernel_mean", "ReduceMean"), &[weighed], &[axes]);
+    let mean = writer.node(("kernel_mean", "ReduceMean"), &[weighted], &[axes]);
     let taps = writer.scalar((TAPS / GUIDE_CHANNELS) as f32);
     writer.node(("kernel_sum", "Mul"), &[&mean, &taps], &[])
 }

@@ -71,8 +71,8 @@ fn place(graph: &Graph, step: &Step) -> (Level, f64) {
             (if up { Level::Decoder(Reverse(stride)) } else { Level::Encoder(stride) }, macs)
         }
         Step::Head(HeadStep { name, .. }) => {
-            let weighed = |n: &Node| matches!(n.op, Op::KernelPredict { .. }).then(|| graph.node_macs(n));
-            (Level::Head, conv(graph, name).1 + graph.nodes().iter().find_map(weighed).unwrap_or(0.0))
+            let weighted = |n: &Node| matches!(n.op, Op::KernelPredict { .. }).then(|| graph.node_macs(n));
+            (Level::Head, conv(graph, name).1 + graph.nodes().iter().find_map(weighted).unwrap_or(0.0))
         }
         Step::Image { .. } => (Level::Head, 0.0),
     }

@@ -37,5 +37,5 @@ pub(super) fn search_cost(method: &Classic) -> Option<SearchCost> {
 
 /// A parameter of a method by name; 0 where it has none.
 pub(super) fn parameter(method: &Classic, name: &str) -> f64 {
-    method.knobs().iter().find(|k| k.name == name).map_or(0.0, |k| f64::from(k.value))
+    method.parameters().iter().find(|k| k.name == name).map_or(0.0, |k| f64::from(k.value))
 }

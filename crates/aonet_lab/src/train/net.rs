@@ -187,8 +187,8 @@ fn kernel_predict(
     if by == Kernels::Own {
         return flex_ops::weigh(kernels, guide);
     }
-    let weighed = kernels.reshape([b, pixels, TAPS, h, w]) * neighbourhoods(guide, patch);
-    patch_merge(weighed.sum_dim(2).reshape([b, pixels, h, w]) / GUIDE_CHANNELS as f64, patch)
+    let weighted = kernels.reshape([b, pixels, TAPS, h, w]) * neighbourhoods(guide, patch);
+    patch_merge(weighted.sum_dim(2).reshape([b, pixels, h, w]) / GUIDE_CHANNELS as f64, patch)
 }
 
 /// The 4x4 neighbourhood of every normal: B x patch² x 48 x H/patch x W/patch.

@@ -4,8 +4,6 @@ use crate::error::{Error, Result};
 use crate::gpu::matrices::Matrices;
 #[cfg(not(target_arch = "wasm32"))]
 use crate::gpu::wgpu_30::matrix_trial;
-use std::pin::pin;
-use std::task::{Context, Poll, Waker};
 
 /// A device, its queue and where they come from.
 #[derive(Debug, Clone)]
@@ -95,7 +93,8 @@ impl Device {
 /// The end of a future that ends by itself, as wgpu's do but for browsers.
 #[cfg(not(target_arch = "wasm32"))]
 pub fn wait<T>(future: impl Future<Output = T>) -> T {
-    let mut future = pin!(future);
+    use std::task::{Context, Poll, Waker};
+    let mut future = std::pin::pin!(future);
     loop {
         if let Poll::Ready(done) = future.as_mut().poll(&mut Context::from_waker(Waker::noop())) {
             return done;

@@ -170,13 +170,13 @@ impl Tile<'_> {
                 let of_component = || (c..TAPS).step_by(GUIDE_CHANNELS);
                 let weight = |k: usize| kernel[k * cells + cell];
                 let largest = of_component().map(weight).fold(f32::NEG_INFINITY, f32::max);
-                let (mut total, mut weighed) = (0.0, 0.0);
+                let (mut total, mut weighted) = (0.0, 0.0);
                 for k in of_component() {
                     let e = (weight(k) - largest).exp();
                     total += e;
-                    weighed += e * window[self.window_index(pixel, k) * cells + cell];
+                    weighted += e * window[self.window_index(pixel, k) * cells + cell];
                 }
-                mean += weighed / total;
+                mean += weighted / total;
             }
             *out = mean / GUIDE_CHANNELS as f32;
         }

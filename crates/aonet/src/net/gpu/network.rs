@@ -28,12 +28,12 @@ pub struct Network {
     surface: Surface,
     features: Features,
     graph: Graph,
-    steps: Vec<Weighed>,
+    steps: Vec<PackedStep>,
 }
 
-/// A step of a plan with its weights.
+/// A step of a plan with its packed weights.
 #[derive(Debug)]
-enum Weighed {
+enum PackedStep {
     Search { search: SearchConfig, output: BufferId },
     Filter { search: SearchConfig, input: BufferId, output: BufferId },
     Features { search: Option<BufferId>, output: BufferId, patch: usize },
@@ -54,7 +54,7 @@ impl Network {
         let arithmetic = Arithmetic { precision, kernels: kernels.of(precision) };
         // Its steps are those of every size.
         let plan = Plan::new(model.graph(), Size::px(1, 1))?;
-        let steps = plan.steps.iter().map(|step| Weighed::new(step, &plan, model, arithmetic));
+        let steps = plan.steps.iter().map(|step| PackedStep::new(step, &plan, model, arithmetic));
         Ok(Self {
             steps: steps.collect::<Result<_>>()?,
             surface: Surface { precision, textures },
@@ -82,7 +82,7 @@ impl Network {
     /// Adds the dispatches of a step to the list; returns the image that the step ends with, if it does.
     fn push_step(
         &self,
-        step: &Weighed,
+        step: &PackedStep,
         context: &Context<'_>,
         depth_range: Option<program::BufferId>,
         list: &mut Dispatches,
@@ -90,21 +90,21 @@ impl Network {
         let Context { surface, plan, memory, .. } = *context;
         let place = |id: &BufferId| memory.of(*id);
         match step {
-            Weighed::Search { search: SearchConfig::Agtao(params), output } => {
+            PackedStep::Search { search: SearchConfig::Agtao(params), output } => {
                 let shader = agtao::shader(surface, params);
                 pixels::push("agtao", shader, &[Binding::Write(place(output))], plan.size, list);
             }
-            Weighed::Filter { search, input, output } => {
+            PackedStep::Filter { search, input, output } => {
                 let shader = denoise::shader(surface, search.filter());
                 denoise::push(shader, [place(input), place(output)], plan.size, list);
             }
-            Weighed::Features { search, output, patch } => {
+            PackedStep::Features { search, output, patch } => {
                 let search = search.as_ref().map(place);
                 let target = Target { output: *output, patch: *patch, depth_range, search };
                 features::push(&self.features, target, context, list);
             }
-            Weighed::Conv(conv) => conv.push(context, list),
-            Weighed::Head { head, patch, base } => {
+            PackedStep::Conv(conv) => conv.push(context, list),
+            PackedStep::Head { head, patch, base } => {
                 let raw = list.storage("visibility", Head::raw_len(plan) * size_of::<f32>());
                 head.push(context, raw, list);
                 let cells = plan.cells(*patch);
@@ -115,7 +115,7 @@ impl Network {
                     base: base.as_ref().map(place),
                 });
             }
-            Weighed::Image { input } => {
+            PackedStep::Image { input } => {
                 let raw = Raw::FirstChannel(place(input));
                 return Some(Image { raw, patch: 1, cells: plan.padded, base: None });
             }
@@ -133,7 +133,7 @@ impl Describe for Network {
     }
 }
 
-impl Weighed {
+impl PackedStep {
     fn new(step: &Step, plan: &Plan, model: &Model, arithmetic: Arithmetic) -> Result<Self> {
         let weights = model.weights();
         Ok(match step {

@@ -31,7 +31,7 @@ pub(super) fn conv(x: Tensor<4>, (weight, bias): (Tensor<4>, Tensor<1>), slope: 
     Tensor::from_dispatch(y)
 }
 
-/// The 4x4 neighbourhoods of `guide` Bx3xHxW weighed by `kernels` B x patch²·48 x H/patch x W/patch, their sum over
+/// The 4x4 neighbourhoods of `guide` Bx3xHxW weighted by `kernels` B x patch²·48 x H/patch x W/patch, their sum over
 /// the components divided by three: Bx1xHxW. No gradient for `guide`. On the CPU only. // AO-Net Eq. 2
 pub(super) fn weigh(kernels: Tensor<4>, guide: Tensor<4>) -> Tensor<4> {
     Tensor::from_dispatch(Dispatch::weigh_guide(kernels.into_dispatch(), guide.into_dispatch()))
