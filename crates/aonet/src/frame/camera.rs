@@ -1,50 +1,4 @@
 //! Pinhole and orthographic cameras.
-//!
-//! View space is right-handed: +X right, +Y up, and the camera looks along -Z, as in glTF and Bevy. A camera is
-//! described by how many pixels a unit of length takes up ([`Camera::focal_px`]) and by the pixel that its axis meets
-//! ([`Camera::centre_px`]). So a camera may be off-centre: an eye of a headset, a jittered frame, a tile of a large
-//! picture, a frame with a guard band.
-//!
-//! # From an engine's matrices
-//!
-//! [`Camera::from_clip_from_view`] takes the projection matrix, column-major, for column vectors:
-//! `clip = clip_from_view * view`. A matrix that multiplies row vectors is the transpose of it; stored row by row, it
-//! has the same sixteen numbers in the same order. [`Camera::with_view_from_world`] takes the inverse of the camera's
-//! transform in the same convention. The size is that of the depth buffer, the guard band included: an engine that
-//! renders more than it shows ("overscan") uses a matrix for all of it, and that is the matrix to give.
-//!
-//! | program | projection matrix | view space | depth |
-//! |---|---|---|---|
-//! | Bevy | `ExtractedView::clip_from_view`, column-major | looks along -Z | [0, 1], reversed, far plane at infinity |
-//! | three.js | `camera.projectionMatrix.elements`, column-major | looks along -Z | WebGL [-1, 1], WebGPU [0, 1]; reversed with `reversedDepthBuffer` |
-//! | Godot 4 | `Projection`, an array of columns | looks along -Z | see the note on depth |
-//! | Unity | `Camera.projectionMatrix`, column-major | looks along -Z | [-1, 1] in that matrix, whatever the device uses |
-//! | Unreal | row vectors | looks along +Z, y up | [0, 1], reversed, far plane at infinity |
-//! | Blender | `Object.calc_matrix_camera`; its `Matrix` lists rows, so transpose the nested list | looks along -Z | [-1, 1] |
-//!
-//! * **Left-handed view spaces** (Unreal): negate the third column of `clip_from_view`, and the third row of
-//!   `view_from_world`. What was mirrored in the world, too, must be mirrored back: [`Camera::with_view_from_world`]
-//!   refuses transforms that mirror.
-//! * **Depth** of the matrix ([`ClipDepth`]) matters for the near plane only, and through it for sessions that read a
-//!   depth buffer of a graphics processor ([`DepthEncoding`](crate::gpu::DepthEncoding)). An engine may turn the matrix
-//!   into its device's range just before it draws; what counts is the matrix that you pass. If in doubt, set the near
-//!   plane with [`Camera::with_near`].
-//! * **Jitter** of temporal anti-aliasing moves the centre by less than a pixel. Give the matrix that the depth buffer
-//!   was drawn with.
-//!
-//! ```
-//! use aonet::Size;
-//! use aonet::frame::camera::{Camera, ClipDepth};
-//!
-//! // 90 degrees upwards, 16:9, reversed depth with the far plane at infinity, near plane at 0.1.
-//! let clip_from_view =
-//!     [[0.5625, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 0.0, -1.0], [0.0, 0.0, 0.1, 0.0]];
-//! let size = Size::new(1280, 720)?;
-//! let camera = Camera::from_clip_from_view(clip_from_view, ClipDepth::ZeroToOne, size)?;
-//! assert_eq!((camera.focal_px(), camera.centre_px()), ([360.0, 360.0], [640.0, 360.0]));
-//! let camera = camera.looking_at([0.0, 1.7, 5.0], [0.0, 1.0, 0.0], [0.0, 1.0, 0.0])?;
-//! # Ok::<(), aonet::Error>(())
-//! ```
 
 use crate::error::{Error, Result};
 use crate::frame::size::Size;
@@ -77,6 +31,52 @@ pub enum ClipDepth {
 }
 
 /// A camera: how it projects, where it stands, how many pixels it has. Checked when it is made.
+///
+/// View space is right-handed: +X right, +Y up, and the camera looks along -Z, as in glTF and Bevy. A camera is
+/// described by how many pixels a unit of length takes up ([`Camera::focal_px`]) and by the pixel that its axis meets
+/// ([`Camera::centre_px`]). So a camera may be off-centre: an eye of a headset, a jittered frame, a tile of a large
+/// picture, a frame with a guard band.
+///
+/// # From an engine's matrices
+///
+/// [`Camera::from_clip_from_view`] takes the projection matrix, column-major, for column vectors:
+/// `clip = clip_from_view * view`. A matrix that multiplies row vectors is the transpose of it; stored row by row, it
+/// has the same sixteen numbers in the same order. [`Camera::with_view_from_world`] takes the inverse of the camera's
+/// transform in the same convention. The size is that of the depth buffer, the guard band included: an engine that
+/// renders more than it shows ("overscan") uses a matrix for all of it, and that is the matrix to give.
+///
+/// | program | projection matrix | view space | depth |
+/// |---|---|---|---|
+/// | Bevy | `ExtractedView::clip_from_view`, column-major | looks along -Z | [0, 1], reversed, far plane at infinity |
+/// | three.js | `camera.projectionMatrix.elements`, column-major | looks along -Z | WebGL [-1, 1], WebGPU [0, 1]; reversed with `reversedDepthBuffer` |
+/// | Godot 4 | `Projection`, an array of columns | looks along -Z | see the note on depth |
+/// | Unity | `Camera.projectionMatrix`, column-major | looks along -Z | [-1, 1] in that matrix, whatever the device uses |
+/// | Unreal | row vectors | looks along +Z, y up | [0, 1], reversed, far plane at infinity |
+/// | Blender | `Object.calc_matrix_camera`; its `Matrix` lists rows, so transpose the nested list | looks along -Z | [-1, 1] |
+///
+/// * **Left-handed view spaces** (Unreal): negate the third column of `clip_from_view`, and the third row of
+///   `view_from_world`. What was mirrored in the world, too, must be mirrored back: [`Camera::with_view_from_world`]
+///   refuses transforms that mirror.
+/// * **Depth** of the matrix ([`ClipDepth`]) matters for the near plane only, and through it for sessions that read a
+///   depth buffer of a graphics processor ([`DepthEncoding`](crate::gpu::DepthEncoding)). An engine may turn the matrix
+///   into its device's range just before it draws; what counts is the matrix that you pass. If in doubt, set the near
+///   plane with [`Camera::with_near`].
+/// * **Jitter** of temporal anti-aliasing moves the centre by less than a pixel. Give the matrix that the depth buffer
+///   was drawn with.
+///
+/// ```
+/// use aonet::frame::ClipDepth;
+/// use aonet::{Camera, Size};
+///
+/// // 90 degrees upwards, 16:9, reversed depth with the far plane at infinity, near plane at 0.1.
+/// let clip_from_view =
+///     [[0.5625, 0.0, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 0.0, -1.0], [0.0, 0.0, 0.1, 0.0]];
+/// let size = Size::new(1280, 720)?;
+/// let camera = Camera::from_clip_from_view(clip_from_view, ClipDepth::ZeroToOne, size)?;
+/// assert_eq!((camera.focal_px(), camera.centre_px()), ([360.0, 360.0], [640.0, 360.0]));
+/// let camera = camera.looking_at([0.0, 1.7, 5.0], [0.0, 1.0, 0.0], [0.0, 1.0, 0.0])?;
+/// # Ok::<(), aonet::Error>(())
+/// ```
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Camera {
     size: Size,

@@ -1,5 +1,5 @@
 //! What a frame is: the camera that saw it, its depth and normals, and its ambient occlusion. The types that every program needs
-//! are at the root of the crate.
+//! are at the root of the crate; [`Camera`](crate::Camera) describes which engine has which matrix.
 
 pub(crate) mod ao_image;
 pub(crate) mod camera;

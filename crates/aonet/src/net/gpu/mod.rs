@@ -1,10 +1,10 @@
-//! The runtime for graphics processors: a [`Session`] encodes a model's passes into a command encoder of the caller.
+//! The runtime for graphics processors: with the feature `gpu`, `Session` encodes a model's passes into the caller's command encoder.
 //!
 //! Activations are blocks of four channels, each an image of vectors, in 32- or 16-bit floats. What is fused is what
 //! [`Plan`](crate::net::plan::Plan) says: partition into the features, resampling and concatenation into the convolution that
 //! reads them, the head and its kernels into one dispatch. All of it is WGSL within the default limits of WebGPU.
 //!
-//! [`search::gpu::ClassicSession`](crate::search::gpu::ClassicSession) is the same for the classic methods, all but NNAO.
+//! `search::gpu::ClassicSession` is the same for the classic methods, all but NNAO.
 //!
 //! ```no_run
 //! # #[cfg(feature = "gpu")]
