@@ -25,7 +25,7 @@ pub(crate) struct Args {
     /// Frame to write (EXR).
     #[arg(short, long, value_name = "FRAME.exr")]
     output: PathBuf,
-    /// Also draw the normals.
+    /// Also draw the normals: layers side by side, the guard band darker.
     #[arg(long, value_name = "FILE.png")]
     png: Option<PathBuf>,
     /// Print facts as JSON.
@@ -40,7 +40,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     let surface = gbuffer::render(&tracer, &view)?;
     let render_ms = start.elapsed().as_secs_f64() * 1e3;
     if let Some(png) = &args.png {
-        picture::save_png(&picture::normals(&surface.gbuffer), png)?;
+        picture::save_png(&picture::layers(&surface.gbuffer), png)?;
     }
     let foreground = surface.gbuffer.depth().iter().filter(|d| d.is_finite()).count();
     let (gbuffer, geo_normal) = (surface.gbuffer, Some(surface.geo_normal));

@@ -87,6 +87,25 @@ pub fn normals(gbuffer: &GBuffer) -> RgbImage {
     })
 }
 
+/// The [`normals`] of every layer of a frame, side by side. Its guard band is shown, too, and darker.
+pub fn layers(gbuffer: &GBuffer) -> RgbImage {
+    let (window, width, height) = (gbuffer.window(), gbuffer.width(), gbuffer.height());
+    let margin = window.margin();
+    let behind = gbuffer.second().and_then(|second| second.normal.as_deref());
+    let layers: Vec<&[[f32; 3]]> = [Some(gbuffer.normal()), behind].into_iter().flatten().collect();
+    picture(width * layers.len(), height, |i| {
+        let (x, y) = (i % (width * layers.len()), i / (width * layers.len()));
+        let normal = layers[x / width][y * width + x % width];
+        let inside =
+            (margin.x..width - margin.x).contains(&(x % width)) && (margin.y..height - margin.y).contains(&y);
+        let brightness = if inside { 1.0 } else { 0.5 };
+        match normal == [0.0; 3] {
+            true => [0; 3],
+            false => normal.map(|c| byte(brightness * (0.5 * c + 0.5))),
+        }
+    })
+}
+
 /// Depth, logarithmic from the nearest hundredth of the foreground (yellow) to the farthest (violet); the
 /// background is dark grey.
 pub fn depth(gbuffer: &GBuffer) -> RgbImage {
@@ -208,7 +227,7 @@ pub fn save_png(picture: &RgbImage, path: &Path) -> Result<()> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use aonet::{Camera, Projection, Size};
+    use aonet::{Camera, Margin, Projection, SecondLayer, Size};
 
     fn gbuffer() -> GBuffer<'static> {
         let projection = Projection::Perspective { fov_y: 1.0 };
@@ -226,6 +245,19 @@ mod tests {
         let reference = AoImage::new(Size::px(3, 1), vec![0.5; 3]).unwrap();
         assert_eq!(colours(error(&reference, &image).unwrap()), [DIVERGING[0], DIVERGING[2], DIVERGING[4]]);
         assert!(error(&reference, &AoImage::open(Size::px(1, 3))).is_err());
+    }
+
+    #[test]
+    fn layers_are_side_by_side_and_guard_bands_darker() {
+        let back = SecondLayer {
+            depth: vec![2.0, 200.0, f32::INFINITY].into(),
+            normal: Some(vec![[0.0, 0.0, 1.0], [1.0, 0.0, 0.0], [0.0; 3]].into()),
+        };
+        let deep = gbuffer().with_margin(Margin { x: 1, y: 0 }).unwrap().with_second(back).unwrap();
+        let found: Vec<_> = layers(&deep).pixels().map(|p| p.0).collect();
+        let [up, dark, right] = [[128, 128, 255], [64, 64, 128], [255, 128, 128]];
+        assert_eq!(found, [dark, up, [0; 3], dark, right, [0; 3]]);
+        assert_eq!(layers(&gbuffer()), normals(&gbuffer()));
     }
 
     #[test]
