@@ -8,7 +8,7 @@ mod table;
 
 use crate::device::{Device, PrecisionArg};
 use crate::{output, setup};
-use anyhow::{Context, Result};
+use anyhow::Result;
 use aonet::Size;
 use aonet::net::cpu::{self, Options};
 use aonet::simd::Level;
@@ -87,7 +87,7 @@ pub(crate) struct Args {
 pub(crate) fn parse_size(text: &str) -> Result<Size> {
     let (width, height) =
         text.split_once('x').ok_or_else(|| anyhow::anyhow!("expected WxH, such as 1280x720"))?;
-    Size::new(width.parse()?, height.parse()?).context("--size")
+    Ok(Size::named("--size", width.parse()?, height.parse()?)?)
 }
 
 /// Runs the command.
