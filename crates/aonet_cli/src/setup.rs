@@ -85,7 +85,7 @@ impl SurroundArgs {
     /// The given values, and for those that are not given the values of `default`.
     ///
     /// # Errors
-    /// When a separation is given for a single layer.
+    /// When a value is out of range, or a separation is given for a single layer.
     pub(crate) fn or(&self, default: Surround) -> Result<Surround> {
         let separation = match (self.layers, self.separation) {
             (Some(1), Some(_)) => bail!("--separation needs --layers 2: one layer has no separation"),
@@ -93,7 +93,9 @@ impl SurroundArgs {
             (Some(_), given) => Some(given.or(default.separation).unwrap_or(DEFAULT_SEPARATION)),
             (None, given) => given.or(default.separation),
         };
-        Ok(Surround { margin: self.margin.unwrap_or(default.margin), separation })
+        let surround = Surround { margin: self.margin.unwrap_or(default.margin), separation };
+        surround.check()?;
+        Ok(surround)
     }
 
     /// A view with the given values.
@@ -101,11 +103,8 @@ impl SurroundArgs {
     /// # Errors
     /// When a value is out of range, or a separation is given for a single layer.
     pub(crate) fn applied(&self, view: View) -> Result<View> {
-        let surround = self.or(Surround { margin: view.margin, separation: view.separation })?;
-        let view = view.surrounded(surround);
-        view.margin_px()?;
-        view.separation_units()?;
-        Ok(view)
+        let surround = self.or(view.surround())?;
+        Ok(view.surrounded(surround))
     }
 }
 

@@ -54,8 +54,10 @@ fn impossible_layers_are_refused() {
         ("--layers 2 --separation NaN", "separation"),
         ("--margin 2", "margin"),
     ] {
-        let message = refusal(&aonet(desk.path(), &format!("{render} {options}")).output().unwrap());
-        assert!(message.contains(word), "{options}: {message}");
-        assert!(!desk.path().join("frame.exr").exists());
+        for command in [&render[..], "dataset made --procedural hall:1 --frames 1"] {
+            let message = refusal(&aonet(desk.path(), &format!("{command} {options}")).output().unwrap());
+            assert!(message.contains(word), "{options}: {message}");
+        }
+        assert!(!desk.path().join("frame.exr").exists() && !desk.path().join("made").exists());
     }
 }

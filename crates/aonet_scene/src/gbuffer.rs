@@ -91,7 +91,7 @@ pub fn render(tracer: &Tracer, view: &View) -> Result<Surface> {
     let depth = pixels.iter().map(|p| p.depth).collect::<Vec<_>>();
     let normal = pixels.iter().map(|p| p.normal).collect::<Vec<_>>();
     let mut gbuffer = GBuffer::new(camera, depth, normal)?.with_margin(margin)?;
-    if let Some(gap) = view.separation_units()? {
+    if let Some(gap) = view.separation_units() {
         let width = camera.width();
         let behind = each_pixel(&camera, |x, y| eye.look(x, y, beyond(pixels[y * width + x].depth, gap)));
         gbuffer = gbuffer.with_second(SecondLayer {

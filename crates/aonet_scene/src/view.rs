@@ -52,6 +52,23 @@ pub struct Surround {
     pub separation: Option<f32>,
 }
 
+impl Surround {
+    /// # Errors
+    /// When the margin is not in [0, 1], or the separation not in [0, [`MAX_SEPARATION`]].
+    pub fn check(&self) -> aonet::Result<()> {
+        if !(0.0..=1.0).contains(&self.margin) {
+            return Err(aonet::Error::value("view margin", "a share in [0, 1]", self.margin));
+        }
+        match self.separation {
+            Some(share) if !(0.0..=MAX_SEPARATION).contains(&share) => {
+                let expected = format!("a share of the radius in [0, {MAX_SEPARATION}]");
+                Err(aonet::Error::value("view separation", expected, share))
+            }
+            _ => Ok(()),
+        }
+    }
+}
+
 /// Largest [`View::separation`].
 pub const MAX_SEPARATION: f32 = 10.0;
 
@@ -103,7 +120,6 @@ impl View {
         view.camera().map_err(Error::in_file(path))?;
         view.params().map_err(Error::in_file(path))?;
         view.margin_px().map_err(Error::in_file(path))?;
-        view.separation_units().map_err(Error::in_file(path))?;
         Ok(view)
     }
 
@@ -135,7 +151,12 @@ impl View {
         camera.with_near(self.near)?.looking_at(self.eye, self.target, self.up)
     }
 
-    /// The same view with another margin and separation.
+    /// Guard band and second layer.
+    pub fn surround(&self) -> Surround {
+        Surround { margin: self.margin, separation: self.separation }
+    }
+
+    /// The same view with another guard band and second layer.
     #[must_use]
     pub fn surrounded(self, Surround { margin, separation }: Surround) -> Self {
         Self { margin, separation, ..self }
@@ -144,27 +165,15 @@ impl View {
     /// The guard band (px).
     ///
     /// # Errors
-    /// When the share is not in [0, 1].
+    /// When the margin or the separation is out of range.
     pub fn margin_px(&self) -> aonet::Result<Margin> {
-        if (0.0..=1.0).contains(&self.margin) {
-            return Ok(Margin::share(Size::new(self.width, self.height)?, self.margin));
-        }
-        Err(aonet::Error::value("view margin", "a share in [0, 1]", self.margin))
+        self.surround().check()?;
+        Ok(Margin::share(Size::new(self.width, self.height)?, self.margin))
     }
 
     /// Least distance of the second layer behind the first (world units); `None` without a second layer.
-    ///
-    /// # Errors
-    /// When the share is not in [0, [`MAX_SEPARATION`]].
-    pub fn separation_units(&self) -> aonet::Result<Option<f32>> {
-        match self.separation {
-            None => Ok(None),
-            Some(share) if (0.0..=MAX_SEPARATION).contains(&share) => Ok(Some(share * self.radius)),
-            Some(share) => {
-                let expected = format!("a share of the radius in [0, {MAX_SEPARATION}]");
-                Err(aonet::Error::value("view separation", expected, share))
-            }
-        }
+    pub fn separation_units(&self) -> Option<f32> {
+        self.separation.map(|share| share * self.radius)
     }
 
     /// The AO parameters.

@@ -4,7 +4,7 @@ use crate::output::{self, Style, number, table};
 use crate::setup::{self, StageArgs};
 use anyhow::{Result, bail};
 use aonet::net::Model;
-use aonet_lab::eval::{Method, run as run_method};
+use aonet_lab::eval::{Method, Runner};
 use aonet_lab::flicker::{Flicker, flicker};
 use aonet_scene::View;
 use aonet_scene::backend::Rays;
@@ -80,22 +80,23 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     let sampling = |seed| Sampling { spp: args.spp, seed };
     let reference = |(i, surface)| setup::reference(&mut Rays::Cpu(&tracer), surface, params, sampling(i));
     let references = (1..).zip(&path).map(reference).collect::<Result<Vec<_>>>()?;
-    let gbuffers: Vec<_> = path.iter().map(|surface| surface.gbuffer.clone()).collect();
+    let pictures: Vec<_> = path.iter().map(|surface| surface.gbuffer.without_margin()).collect();
     let threads = setup::threads(args.threads);
     let networks = models.iter().map(|(name, model)| (name, Method::network(model, threads)));
     let by_hand = classic.iter().map(|(name, method)| (name, Method::Classic { method, threads }));
     let mut rows = Vec::new();
     for (name, method) in networks.chain(by_hand) {
-        let run = |gbuffer| Ok(run_method(&method, gbuffer, params)?.0);
-        let images = gbuffers.iter().map(run).collect::<Result<Vec<_>>>()?;
-        rows.push((name.as_str(), flicker(&gbuffers, &references, &images)?));
+        let mut runner = Runner::new(method);
+        let run = |surface: &Surface| Ok(runner.run(&surface.gbuffer, params)?.0);
+        let images = path.iter().map(run).collect::<Result<Vec<_>>>()?;
+        rows.push((name.as_str(), flicker(&pictures, &references, &images)?));
     }
     // The reference's own noise: the same frames with other rays.
     let other = |(i, surface): (u64, &Surface)| {
         setup::reference(&mut Rays::Cpu(&tracer), surface, params, sampling(i + 1000))
     };
     let others = (1..).zip(&path).map(other).collect::<Result<Vec<_>>>()?;
-    rows.push(("reference, other rays", flicker(&gbuffers, &references, &others)?));
+    rows.push(("reference, other rays", flicker(&pictures, &references, &others)?));
     report(args, &rows)
 }
 

@@ -158,6 +158,7 @@ impl DatasetParams {
 
     fn check(&self) -> Result<()> {
         Size::named("frame size", self.width, self.height)?;
+        self.surround.check()?;
         if self.frames.total() == 0 || self.frames.total() > MAX_FRAMES {
             return Err(Error::request(
                 "number of frames",

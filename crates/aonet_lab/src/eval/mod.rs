@@ -149,8 +149,8 @@ pub fn run(method: &Method<'_>, gbuffer: &GBuffer, params: AoParams) -> Result<(
     Runner::new(*method).run(gbuffer, params)
 }
 
-/// A method, and the session of its last frame, because most datasets have frames of one size.
-struct Runner<'a> {
+/// A method, and the session of its last frame: frames of one size share it.
+pub struct Runner<'a> {
     method: Method<'a>,
     session: Option<(Window, AnySession)>,
 }
@@ -172,11 +172,16 @@ impl AnySession {
 }
 
 impl<'a> Runner<'a> {
-    fn new(method: Method<'a>) -> Self {
+    /// A method without a session.
+    pub fn new(method: Method<'a>) -> Self {
         Self { method, session: None }
     }
 
-    fn run(&mut self, gbuffer: &GBuffer, params: AoParams) -> Result<(AoImage, Option<f64>)> {
+    /// As [`run`]; opens a session only where the frame's window is another one than that of the last frame.
+    ///
+    /// # Errors
+    /// As [`run`].
+    pub fn run(&mut self, gbuffer: &GBuffer, params: AoParams) -> Result<(AoImage, Option<f64>)> {
         let window = gbuffer.window();
         let mut image = AoImage::open(window.size());
         if let Method::Constant(value) = self.method {

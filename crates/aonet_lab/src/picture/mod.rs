@@ -78,16 +78,12 @@ pub fn ao(image: &AoImage) -> RgbImage {
     picture(image.width(), image.height(), |i| [byte(image.visibility()[i]); 3])
 }
 
-/// View-space normals as n * 0.5 + 0.5; the background is black.
+/// View-space normals of the picture as n * 0.5 + 0.5; the background is black.
 pub fn normals(gbuffer: &GBuffer) -> RgbImage {
-    let gbuffer = gbuffer.without_margin();
-    picture(gbuffer.width(), gbuffer.height(), |i| match gbuffer.is_foreground(i) {
-        true => gbuffer.normal()[i].map(|c| byte(0.5 * c + 0.5)),
-        false => [0; 3],
-    })
+    layers(&gbuffer.without_margin())
 }
 
-/// The [`normals`] of every layer of a frame, side by side. Its guard band is shown, too, and darker.
+/// The normals of every layer of a frame, side by side, coloured as by [`normals`]. The guard band is shown, too, and darker.
 pub fn layers(gbuffer: &GBuffer) -> RgbImage {
     let (window, width, height) = (gbuffer.window(), gbuffer.width(), gbuffer.height());
     let margin = window.margin();
