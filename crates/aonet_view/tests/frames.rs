@@ -4,12 +4,13 @@ mod common;
 
 use aonet::gpu::{Device, wgpu};
 use aonet::net::{Model, cpu, shipped};
-use aonet::{AoImage, AoParams, Size};
+use aonet::{AoImage, AoParams, GBuffer, Size};
 use aonet_scene::reference::{Sampling, reference_ao};
 use aonet_scene::scene::procedural::Kind;
+use aonet_scene::view::Surround;
 use aonet_view::renderer::{Present, readback};
 use aonet_view::{FrameParams, Method, Show};
-use common::{demo, device, draw, frame, proposed, renderer};
+use common::{demo, device, draw, frame, proposed, renderer, window};
 
 /// Largest difference from the CPU's image for the paper's network, in half floats and an image of half floats.
 /// Measured: 1.8e-3, with 16-bit floats throughout.
@@ -124,6 +125,9 @@ fn sizes_and_frames_that_cannot_be_are_refused_and_harm_nothing() {
         (FrameParams { split: 1.5, ..good }, "slider"),
         (FrameParams { far: 0.01, ..good }, "far"),
         (FrameParams { far: f32::NAN, ..good }, "far"),
+        (FrameParams { separation: Some(-0.1), ..good }, "separation"),
+        (FrameParams { separation: Some(f32::NAN), ..good }, "separation"),
+        (FrameParams { separation: Some(11.0), ..good }, "separation"),
     ] {
         let mut encoder = device.device.create_command_encoder(&Default::default());
         let message = renderer.encode(&mut encoder, &bad).unwrap_err().to_string();
@@ -173,6 +177,83 @@ fn the_reference_converges_while_nothing_moves_and_starts_over_when_something_do
     assert_eq!(renderer.samples(), 1);
 }
 
+/// Methods see the guard band, and give the picture.
+#[test]
+fn methods_run_on_the_guard_band_as_on_a_cpu() {
+    let Some(device) = device() else { return };
+    let (tracer, view) = proposed(Kind::FurnishedRoom, Size::px(130, 70));
+    let view = view.surrounded(Surround { margin: 0.2, separation: Some(0.1) });
+    let mut renderer = renderer(&device, tracer.scene(), window(&view));
+    let frame = FrameParams { methods: [Method::Network, Method::Gtao], split: 0.5, ..frame(&view) };
+    draw(&device, &mut renderer, &frame);
+    let gbuffer = readback::drawn(&renderer, &frame.camera).unwrap().gbuffer;
+    assert_eq!((gbuffer.window(), renderer.size()), (window(&view), Size::px(130, 70)));
+    let model = Model::from_bytes(shipped::ANY_RADIUS).unwrap();
+    let cpu = |gbuffer: &GBuffer| {
+        let mut image = AoImage::open(Size::px(130, 70));
+        let mut session = cpu::Session::new(&model, gbuffer.window(), 2).unwrap();
+        session.run(gbuffer, frame.params, &mut image).unwrap();
+        image
+    };
+    let found = readback::visibility(&renderer, Method::Network).unwrap();
+    let (mean, _) = differences(&found, &cpu(&gbuffer));
+    let (without, _) = differences(&found, &cpu(&gbuffer.without_margin()));
+    eprintln!("network with a guard band: mean {mean:e}, beside one without {without:e}");
+    assert!(mean <= NETWORK_MEAN_TOLERANCE && without > 2.0 * NETWORK_MEAN_TOLERANCE, "{mean:e} {without:e}");
+}
+
+/// The picture of the reference, of the normals and of the colours is the same with and without a guard band, up to the
+/// pixels on edges where the rasteriser of another size rounds otherwise.
+#[test]
+fn the_guard_band_is_not_in_the_picture() {
+    let Some(device) = device() else { return };
+    let size = Size::px(96, 54);
+    let (tracer, plain) = demo(size);
+    let wide = plain.clone().surrounded(Surround { margin: 0.25, separation: None });
+    for (method, show) in
+        [(Method::Reference, Show::Visibility), (Method::Off, Show::Normals), (Method::Off, Show::Shaded)]
+    {
+        let [a, b] = [&plain, &wide].map(|view| {
+            let mut renderer = renderer(&device, tracer.scene(), window(view));
+            renderer.set_tracer(&tracer).unwrap();
+            let frame = FrameParams { methods: [method; 2], show, samples: 16, ..frame(view) };
+            draw(&device, &mut renderer, &frame);
+            assert_eq!(readback::albedo(&renderer).unwrap().dimensions(), (96, 54));
+            readback::image(&renderer).unwrap()
+        });
+        let far =
+            |(a, b): &(&image::Rgb<u8>, &image::Rgb<u8>)| a.0.iter().zip(b.0).any(|(a, b)| a.abs_diff(b) > 3);
+        let strays = a.pixels().zip(b.pixels()).filter(far).count();
+        eprintln!("{show}: {strays} pixels differ");
+        assert!(strays <= size.pixels() / 100, "{show}: {strays}");
+    }
+}
+
+#[test]
+fn the_second_layer_is_drawn_when_asked_for() {
+    let Some(device) = device() else { return };
+    let size = Size::px(64, 36);
+    let (tracer, view) = demo(size);
+    let mut renderer = renderer(&device, tracer.scene(), size);
+    let plain = FrameParams { methods: [Method::Gtao; 2], ..frame(&view) };
+    let mut second = |frame: FrameParams| {
+        draw(&device, &mut renderer, &frame);
+        let gbuffer = readback::drawn(&renderer, &frame.camera).unwrap().gbuffer;
+        (gbuffer.second().map(|second| second.depth.to_vec()), readback::picture(&renderer).unwrap())
+    };
+    let (none, before) = second(plain);
+    let (some, with) = second(FrameParams { separation: Some(0.1), ..plain });
+    let (shown, picture) = second(FrameParams { show: Show::Second, ..plain });
+    let (none_again, after) = second(plain);
+    assert_eq!((none, none_again), (None, None));
+    assert!(before == with && before == after, "the second layer changes the picture");
+    let some = some.unwrap();
+    assert_eq!(Some(&some), shown.as_ref());
+    let black = picture.chunks_exact(4).map(|texel| texel[..3] == [0; 3]);
+    assert_eq!(black.collect::<Vec<_>>(), some.iter().map(|d| d.is_infinite()).collect::<Vec<_>>());
+    assert!(some.iter().any(|d| d.is_finite()) && some.iter().any(|d| d.is_infinite()));
+}
+
 #[test]
 fn passes_are_timed_where_the_device_has_a_clock() {
     let Some(device) = device() else { return };
@@ -188,6 +269,12 @@ fn passes_are_timed_where_the_device_has_a_clock() {
     }
     let labels: Vec<_> = renderer.times().iter().map(|time| time.label.as_str()).collect();
     assert_eq!(labels, ["G-buffer", "network", "lighting"]);
+    for _ in 0..3 {
+        draw(&device, &mut renderer, &FrameParams { separation: Some(0.1), ..frame(&view) });
+        device.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
+    }
+    let labels: Vec<_> = renderer.times().iter().map(|time| time.label.as_str()).collect();
+    assert_eq!(labels, ["G-buffer", "second layer", "network", "lighting"]);
     assert!(renderer.times().iter().all(|time| time.ms > 0.0 && time.ms < 60e3), "{:?}", renderer.times());
 }
 

@@ -63,6 +63,7 @@ fn pictures_look_as_they_did() {
         ("classic", FrameParams { show: Show::Visibility, ..split(Method::Gtao, Method::Vbao) }),
         ("error", FrameParams { show: Show::Error, samples: 16, ..split(Method::Network, Method::Ssao) }),
         ("normals", FrameParams { show: Show::Normals, ..plain }),
+        ("second", FrameParams { show: Show::Second, ..plain }),
     ] {
         draw(&device, &mut renderer, &frame);
         check(name, &readback::image(&renderer).unwrap());

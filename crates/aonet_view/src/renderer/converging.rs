@@ -6,7 +6,9 @@ use super::method::Method;
 use super::stopwatch::Stopwatch;
 use super::targets::{self, Target, Targets};
 use crate::Result;
+use aonet::Window;
 use aonet::gpu::{self as net, DepthEncoding, wgpu};
+use aonet::internals::gpu::bind::extent;
 use aonet_scene::gpu::{BoundTextures, Reference, ReferenceOptions, SceneBuffers, SurfaceViews};
 use aonet_scene::trace::Tracer;
 
@@ -29,8 +31,43 @@ struct Sized {
     reference: Reference,
     view: BoundTextures,
     visibility: Target,
-    /// Size of the bound textures.
+    /// None without a guard band.
+    picture: Option<Picture>,
+    /// The depth of the targets that these resources belong to.
     depth: wgpu::TextureView,
+}
+
+/// The part of the G-buffer that rays start from: the picture without its guard band.
+#[derive(Debug)]
+struct Picture {
+    /// Textures of the G-buffer, and those that their middle is copied into: normals, geometric normals, depth.
+    copies: [(wgpu::Texture, Target); 3],
+    window: Window,
+}
+
+impl Picture {
+    /// None without a guard band: rays then start from the targets themselves.
+    fn new(gpu: &Gpu, targets: &Targets) -> Option<Self> {
+        let window = targets.window;
+        if !window.has_margin() {
+            return None;
+        }
+        let copy = |of: &Target| {
+            let copy = Target::new(gpu, window.size(), of.texture.format());
+            (of.texture.clone(), copy)
+        };
+        let copies = [&targets.normal, &targets.geo_normal, &targets.depth].map(copy);
+        Some(Self { copies, window })
+    }
+
+    fn encode(&self, encoder: &mut wgpu::CommandEncoder) {
+        let margin = self.window.margin();
+        let origin = wgpu::Origin3d { x: margin.x as u32, y: margin.y as u32, z: 0 };
+        for (from, to) in &self.copies {
+            let middle = wgpu::TexelCopyTextureInfo { origin, ..from.as_image_copy() };
+            encoder.copy_texture_to_texture(middle, to.texture.as_image_copy(), extent(self.window.size()));
+        }
+    }
 }
 
 impl Converging {
@@ -54,15 +91,20 @@ impl Converging {
             output: targets::VISIBILITY,
             ..ReferenceOptions::default()
         };
+        let size = targets.window.size();
         let reference = match self.sized.take() {
-            Some(Sized { mut reference, .. }) => reference.resize(targets.size).map(|()| reference),
-            None => Reference::new(&self.scene, targets.size, options),
+            Some(Sized { mut reference, .. }) => reference.resize(size).map(|()| reference),
+            None => Reference::new(&self.scene, size, options),
         }?;
+        let picture = Picture::new(gpu, targets);
+        let [normal, geo_normal, depth] = match &picture {
+            Some(picture) => picture.copies.each_ref().map(|(_, copy)| &copy.view),
+            None => [&targets.normal, &targets.geo_normal, &targets.depth].map(|target| &target.view),
+        };
+        let view = reference.view(SurfaceViews { normal, geo_normal, depth })?;
+        let visibility = Target::new(gpu, size, targets::VISIBILITY);
         let depth = targets.depth.view.clone();
-        let (normal, geo_normal) = (&targets.normal.view, &targets.geo_normal.view);
-        let view = reference.view(SurfaceViews { normal, geo_normal, depth: &depth })?;
-        let visibility = Target::new(gpu, targets.size, targets::VISIBILITY);
-        self.sized = Some(Sized { reference, view, visibility, depth });
+        self.sized = Some(Sized { reference, view, visibility, picture, depth });
         self.since = None;
         Ok(())
     }
@@ -77,7 +119,7 @@ impl Converging {
         frame: &FrameParams,
         watch: Option<&mut Stopwatch>,
     ) -> Result<()> {
-        let Some(Sized { reference, view, visibility, .. }) = &mut self.sized else { return Ok(()) };
+        let Some(Sized { reference, view, visibility, picture, .. }) = &mut self.sized else { return Ok(()) };
         let of = net::FrameNumbers { camera: frame.camera, far: frame.far, params: frame.params };
         let starts = self.since != Some(of);
         let most = if starts { MOST_SAMPLES } else { MOST_SAMPLES.saturating_sub(reference.samples()) };
@@ -88,6 +130,7 @@ impl Converging {
         }
         let clock = watch.and_then(|watch| watch.begin(encoder, Method::Reference.title()));
         if starts {
+            picture.iter().for_each(|picture| picture.encode(encoder));
             reference.start(encoder, view, &of)?;
             self.since = Some(of);
         }

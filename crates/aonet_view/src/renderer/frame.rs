@@ -2,7 +2,8 @@
 
 use super::method::Method;
 use crate::{Error, Result};
-use aonet::{AoParams, Camera, Size};
+use aonet::{AoParams, Camera, Window};
+use aonet_scene::view::{DEFAULT_SEPARATION, MAX_SEPARATION};
 use std::fmt;
 use std::str::FromStr;
 
@@ -19,11 +20,13 @@ pub enum Show {
     /// The method minus the ray-traced reference: white where they agree, blue where the method is too dark, red where it
     /// is too bright, full colour at [`aonet::metrics::ERROR_SCALE`].
     Error,
+    /// View-space shading normals of the second layer as n/2 + 1/2; black where there is none.
+    Second,
 }
 
 impl Show {
     /// All pictures.
-    pub const ALL: [Self; 4] = [Self::Shaded, Self::Visibility, Self::Normals, Self::Error];
+    pub const ALL: [Self; 5] = [Self::Shaded, Self::Visibility, Self::Normals, Self::Error, Self::Second];
 
     /// Its name on a command line.
     pub fn name(self) -> &'static str {
@@ -32,6 +35,7 @@ impl Show {
             Self::Visibility => "ao",
             Self::Normals => "normals",
             Self::Error => "error",
+            Self::Second => "second",
         }
     }
 }
@@ -55,7 +59,7 @@ impl FromStr for Show {
 /// One frame of a [`Renderer`](super::Renderer).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FrameParams {
-    /// The camera, of the renderer's size. A near plane at 0 is moved to a small distance from the camera.
+    /// The camera of the picture, of the renderer's size. A near plane at 0 is moved to a small distance from the camera.
     pub camera: Camera,
     /// Distance of the far plane (world units); infinite is allowed.
     pub far: f32,
@@ -67,6 +71,9 @@ pub struct FrameParams {
     pub split: f32,
     /// What is drawn.
     pub show: Show,
+    /// Least distance of a second layer behind the first, as a share of the AO radius. Without one a second layer is drawn
+    /// only for [`Show::Second`], with the default separation.
+    pub separation: Option<f32>,
     /// Rays per pixel that a frame adds to a visible reference. The reference starts over when camera, radius, size or
     /// scene change.
     pub samples: u32,
@@ -84,6 +91,7 @@ impl FrameParams {
             methods: [Method::default(); 2],
             split: 1.0,
             show: Show::default(),
+            separation: None,
             // guess: takes about as long as the network on a card without ray tracing units.
             samples: 2,
             traced: false,
@@ -95,8 +103,12 @@ impl FrameParams {
         self.seen().contains(&Method::Reference)
     }
 
-    /// Returns the frame after a check of its numbers.
-    pub(super) fn checked(self, size: Size) -> Result<Self> {
+    /// Returns the frame of a window after a check of its numbers.
+    ///
+    /// # Errors
+    /// When a number is out of range or the camera is of another size.
+    pub(super) fn checked(self, window: Window) -> Result<CheckedFrame> {
+        let size = window.size();
         let wrong = |what: &str, expected: String, found: String| Err(Error::request(what, expected, found));
         let found = self.camera.size();
         if found != size {
@@ -109,7 +121,19 @@ impl FrameParams {
         if !(0.0..=1.0).contains(&self.split) {
             return wrong("slider of a frame", "a place in [0, 1]".into(), self.split.to_string());
         }
-        Ok(self)
+        let separation = match self.show {
+            Show::Second => Some(self.separation.unwrap_or(DEFAULT_SEPARATION)),
+            _ => self.separation,
+        };
+        if let Some(share) = separation.filter(|share| !(0.0..=MAX_SEPARATION).contains(share)) {
+            let expected = format!("a share of the radius in [0, {MAX_SEPARATION}]");
+            return wrong("separation of a frame", expected, share.to_string());
+        }
+        Ok(CheckedFrame {
+            params: self,
+            buffer_camera: self.camera.with_margin(window.margin())?,
+            separation_units: separation.map(|share| share * self.params.radius()),
+        })
     }
 
     /// The methods that run, without repetition.
@@ -118,11 +142,22 @@ impl FrameParams {
         let mut seen = Vec::new();
         let wanted = [(first, self.split > 0.0), (second, self.split < 1.0)];
         let reference = (Method::Reference, self.show == Show::Error || self.traced);
+        let shows_normals = matches!(self.show, Show::Normals | Show::Second);
         for (method, is_seen) in wanted.into_iter().chain([reference]) {
-            if is_seen && (self.show != Show::Normals || self.traced) && !seen.contains(&method) {
+            if is_seen && (!shows_normals || self.traced) && !seen.contains(&method) {
                 seen.push(method);
             }
         }
         seen
     }
+}
+
+/// A frame whose numbers were checked, and what follows from them.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct CheckedFrame {
+    pub(super) params: FrameParams,
+    /// The camera of the picture and its guard band.
+    pub(super) buffer_camera: Camera,
+    /// Least distance of the second layer behind the first (world units); none if no second layer is drawn.
+    pub(super) separation_units: Option<f32>,
 }

@@ -1,20 +1,24 @@
-//! The G-buffer pass: rasterisation with reversed depth. CPU twin: `aonet_scene::gbuffer`.
+//! The G-buffer passes: rasterisation with reversed depth. CPU twin: `aonet_scene::gbuffer`.
+//!
+//! The second layer is depth peeling by a least distance: the scene is drawn again, without fragments that are in front of
+//! the first layer's depth plus that distance.
 
 use super::device::{Gpu, bytes};
-use super::frame::FrameParams;
+use super::frame::CheckedFrame;
 use super::pass_clock::PassClock;
 use super::scene::SceneBuffers;
 use super::stopwatch::Stopwatch;
-use super::targets::{self, Targets};
+use super::targets::{self, SecondTargets, Target, Targets};
 use super::textures;
+use aonet::Camera;
 use aonet::gpu::wgpu;
-use aonet::internals::gpu::bind::{self, READ, UNIFORM};
+use aonet::internals::gpu::bind::{self, READ, TEXTURE, UNIFORM};
 use aonet::internals::gpu::cleared;
 use aonet_scene::scene::Bounds;
 use glam::{Mat4, Vec3, Vec3A};
 
 /// Bytes of the struct `Camera` of `gbuffer.wgsl`.
-const CAMERA_BYTES: u64 = 96;
+const CAMERA_BYTES: u64 = 112;
 
 /// A near plane at 0 is moved here, in radii of the scene; reversed depth in floats is precise enough.
 // guess: nearer than a surface that fills the picture.
@@ -24,10 +28,22 @@ const NEAR_IN_RADII: f32 = 1e-5;
 #[derive(Debug)]
 pub(super) struct GbufferPass {
     gpu: Gpu,
-    pipeline: wgpu::RenderPipeline,
+    first: wgpu::RenderPipeline,
+    second: wgpu::RenderPipeline,
     layout: wgpu::BindGroupLayout,
+    /// Layout of what only the second layer reads: the depth of the first one.
+    second_layout: wgpu::BindGroupLayout,
     camera: wgpu::Buffer,
     samplers: [wgpu::Sampler; 4],
+}
+
+/// One drawing of the scene into these targets.
+struct Layer<'a> {
+    label: &'a str,
+    pipeline: &'a wgpu::RenderPipeline,
+    groups: &'a [&'a wgpu::BindGroup],
+    colours: &'a [&'a Target],
+    z: &'a Target,
 }
 
 impl GbufferPass {
@@ -36,32 +52,85 @@ impl GbufferPass {
         let mut types = vec![UNIFORM, READ, READ, READ, READ, READ, textures::ARRAY];
         types.extend([sampler; 4]);
         let layout = bind::layout(&gpu.device, "G-buffer", wgpu::ShaderStages::VERTEX_FRAGMENT, &types);
-        let pipeline = pipeline(gpu, &layout);
+        let second_layout =
+            bind::layout(&gpu.device, "second layer", wgpu::ShaderStages::FRAGMENT, &[TEXTURE]);
+        let module = bind::module(&gpu.device, "G-buffer", include_str!("gbuffer.wgsl"));
+        let colours = [targets::NORMAL, targets::DEPTH, targets::ALBEDO, targets::NORMAL];
+        let first = pipeline(gpu, (&module, "main"), &[&layout], &colours);
+        let second = pipeline(gpu, (&module, "behind"), &[&layout, &second_layout], &colours[..2]);
         let camera = gpu.buffer("camera", CAMERA_BYTES, wgpu::BufferUsages::UNIFORM);
-        Self { gpu: gpu.clone(), pipeline, layout, camera, samplers: textures::samplers(gpu) }
+        let samplers = textures::samplers(gpu);
+        Self { gpu: gpu.clone(), first, second, layout, second_layout, camera, samplers }
     }
 
+    /// Draws the first layer, and the second one if the frame has it.
     pub(super) fn encode(
         &self,
         encoder: &mut wgpu::CommandEncoder,
         (scene, targets): (&SceneBuffers, &Targets),
-        frame: &FrameParams,
-        watch: Option<&mut Stopwatch>,
+        frame: &CheckedFrame,
+        mut watch: Option<&mut Stopwatch>,
     ) {
         self.gpu.queue.write_buffer(&self.camera, 0, &camera_bytes(frame, &scene.bounds));
+        let group = self.group(scene);
+        let first = Layer {
+            label: "G-buffer",
+            pipeline: &self.first,
+            groups: &[&group],
+            colours: &[&targets.normal, &targets.depth, &targets.albedo, &targets.geo_normal],
+            z: &targets.z,
+        };
+        first.encode(encoder, scene, watch.as_deref_mut());
+        if let (Some(_), Some(second)) = (frame.separation_units, &targets.second) {
+            self.encode_second(encoder, (scene, targets, second), &group, watch);
+        }
+    }
+
+    fn encode_second(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        (scene, targets, second): (&SceneBuffers, &Targets, &SecondTargets),
+        group: &wgpu::BindGroup,
+        watch: Option<&mut Stopwatch>,
+    ) {
+        let depth = [wgpu::BindingResource::TextureView(&targets.depth.view)];
+        let of_first = bind::group(&self.gpu.device, "second layer", &self.second_layout, depth);
+        let layer = Layer {
+            label: "second layer",
+            pipeline: &self.second,
+            groups: &[group, &of_first],
+            colours: &[&second.normal, &second.depth],
+            z: &targets.z,
+        };
+        layer.encode(encoder, scene, watch);
+    }
+
+    /// What both layers read.
+    fn group(&self, scene: &SceneBuffers) -> wgpu::BindGroup {
         let decals = &scene.textures.decals;
         let buffers = [&self.camera, &scene.position, &scene.normal, &scene.triangle, &scene.albedo, decals];
         let mut resources = buffers.map(wgpu::Buffer::as_entire_binding).to_vec();
         resources.push(wgpu::BindingResource::TextureView(&scene.textures.view));
         resources.extend(self.samplers.each_ref().map(wgpu::BindingResource::Sampler));
-        let group = bind::group(&self.gpu.device, "G-buffer", &self.layout, resources);
-        let colours = [&targets.normal, &targets.depth, &targets.albedo, &targets.geo_normal];
-        let clock = watch.and_then(|watch| watch.pass("G-buffer"));
+        bind::group(&self.gpu.device, "G-buffer", &self.layout, resources)
+    }
+}
+
+impl Layer<'_> {
+    fn encode(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        scene: &SceneBuffers,
+        watch: Option<&mut Stopwatch>,
+    ) {
+        let clock = watch.and_then(|watch| watch.pass(self.label));
+        let colours: Vec<_> =
+            self.colours.iter().map(|target| cleared(&target.view, wgpu::Color::TRANSPARENT)).collect();
         let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-            label: Some("G-buffer"),
-            color_attachments: &colours.map(|target| cleared(&target.view, wgpu::Color::TRANSPARENT)),
+            label: Some(self.label),
+            color_attachments: &colours,
             depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
-                view: &targets.z.view,
+                view: &self.z.view,
                 depth_ops: Some(wgpu::Operations {
                     load: wgpu::LoadOp::Clear(0.0),
                     store: wgpu::StoreOp::Discard,
@@ -71,21 +140,28 @@ impl GbufferPass {
             timestamp_writes: clock.as_ref().map(PassClock::render),
             ..Default::default()
         });
-        pass.set_pipeline(&self.pipeline);
-        pass.set_bind_group(0, &group, &[]);
+        pass.set_pipeline(self.pipeline);
+        for (group, i) in self.groups.iter().zip(0..) {
+            pass.set_bind_group(i, *group, &[]);
+        }
         pass.draw(0..scene.corners, 0..1);
     }
 }
 
-fn pipeline(gpu: &Gpu, group: &wgpu::BindGroupLayout) -> wgpu::RenderPipeline {
-    let module = bind::module(&gpu.device, "G-buffer", include_str!("gbuffer.wgsl"));
-    let layout = bind::pipeline_layout(&gpu.device, "G-buffer", &[group]);
-    let formats = [targets::NORMAL, targets::DEPTH, targets::ALBEDO, targets::NORMAL];
+/// A pipeline that draws triangles with a fragment stage of the shader into targets of these formats.
+fn pipeline(
+    gpu: &Gpu,
+    (module, fragment): (&wgpu::ShaderModule, &str),
+    groups: &[&wgpu::BindGroupLayout],
+    formats: &[wgpu::TextureFormat],
+) -> wgpu::RenderPipeline {
+    let layout = bind::pipeline_layout(&gpu.device, "G-buffer", groups);
+    let targets: Vec<_> = formats.iter().map(|format| Some((*format).into())).collect();
     gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
         label: Some("G-buffer"),
         layout: Some(&layout),
         vertex: wgpu::VertexState {
-            module: &module,
+            module,
             entry_point: Some("corner"),
             compilation_options: Default::default(),
             buffers: &[],
@@ -101,10 +177,10 @@ fn pipeline(gpu: &Gpu, group: &wgpu::BindGroupLayout) -> wgpu::RenderPipeline {
         }),
         multisample: Default::default(),
         fragment: Some(wgpu::FragmentState {
-            module: &module,
-            entry_point: Some("main"),
+            module,
+            entry_point: Some(fragment),
             compilation_options: Default::default(),
-            targets: &formats.map(|format| Some(format.into())),
+            targets: &targets,
         }),
         multiview_mask: None,
         cache: None,
@@ -112,8 +188,8 @@ fn pipeline(gpu: &Gpu, group: &wgpu::BindGroupLayout) -> wgpu::RenderPipeline {
 }
 
 /// The struct `Camera` of the shader.
-fn camera_bytes(frame: &FrameParams, bounds: &Bounds) -> Vec<u8> {
-    let camera = &frame.camera;
+fn camera_bytes(frame: &CheckedFrame, bounds: &Bounds) -> Vec<u8> {
+    let (camera, far) = (&frame.buffer_camera, frame.params.far);
     let near = match camera.near() {
         0.0 => NEAR_IN_RADII * bounds.radius().max(f32::MIN_POSITIVE),
         near => near,
@@ -123,29 +199,33 @@ fn camera_bytes(frame: &FrameParams, bounds: &Bounds) -> Vec<u8> {
     let scale = [2.0 * focal_x / width, 2.0 * focal_y / height];
     let axis = [2.0 * x / width - 1.0, 1.0 - 2.0 * y / height];
     let (z_line, w_line) = match camera.is_perspective() {
-        true if frame.far.is_infinite() => ([0.0, near], [1.0, 0.0]),
+        true if far.is_infinite() => ([0.0, near], [1.0, 0.0]),
         true => {
-            let range = frame.far - near;
-            ([-near / range, near / range * frame.far], [1.0, 0.0])
+            let range = far - near;
+            ([-near / range, near / range * far], [1.0, 0.0])
         }
         false => {
-            let far = frame.far.min(farthest(frame, bounds));
+            let far = far.min(farthest(camera, bounds));
             ([-1.0 / (far - near), far / (far - near)], [0.0, 1.0])
         }
     };
     let view_from_world = Mat4::from(camera.view_from_world()).to_cols_array();
-    bytes(view_from_world.into_iter().chain(scale).chain(z_line).chain(w_line).chain(axis))
+    let separation = frame.separation_units.unwrap_or(0.0);
+    let vectors = view_from_world.into_iter().chain(scale).chain(z_line).chain(w_line).chain(axis);
+    let mut all = bytes(vectors.chain([separation]));
+    all.resize(CAMERA_BYTES as usize, 0);
+    all
 }
 
 /// A distance along -Z beyond the scene (world units), because an orthographic camera has no plane at infinity.
-fn farthest(frame: &FrameParams, bounds: &Bounds) -> f32 {
+fn farthest(camera: &Camera, bounds: &Bounds) -> f32 {
     let corner = |i: usize| {
         let pick = |axis: usize| if i >> axis & 1 == 0 { bounds.min[axis] } else { bounds.max[axis] };
         let world = Vec3::new(pick(0), pick(1), pick(2));
-        -frame.camera.view_from_world().transform_point3a(Vec3A::from(world)).z
+        -camera.view_from_world().transform_point3a(Vec3A::from(world)).z
     };
     let far = (0..8).map(corner).fold(f32::MIN, f32::max);
     // guess: beyond the rounding of a coordinate.
-    let slack = 1e-3 * bounds.radius().max(frame.camera.near());
-    far.max(frame.camera.near()) + slack.max(f32::MIN_POSITIVE)
+    let slack = 1e-3 * bounds.radius().max(camera.near());
+    far.max(camera.near()) + slack.max(f32::MIN_POSITIVE)
 }

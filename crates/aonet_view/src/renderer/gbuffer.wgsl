@@ -1,4 +1,5 @@
-// The visible surface of every pixel, as the rays of aonet_scene::gbuffer find it. Triangles are drawn with reversed depth.
+// The visible surface of every pixel and the one behind it, as the rays of aonet_scene::gbuffer find them. Triangles are drawn
+// with reversed depth.
 
 struct Camera {
     view_from_world: mat4x4<f32>,
@@ -8,6 +9,8 @@ struct Camera {
     w_line: vec2<f32>,
     /// Where the camera's axis is in clip space, for w = 1.
     axis: vec2<f32>,
+    /// Least distance of the second layer behind the first [world units].
+    separation: f32,
 }
 
 @group(0) @binding(0) var<uniform> camera: Camera;
@@ -21,6 +24,8 @@ struct Camera {
 @group(0) @binding(8) var repeated_along_u: sampler;
 @group(0) @binding(9) var repeated_along_v: sampler;
 @group(0) @binding(10) var single: sampler;
+/// Of the first layer: distance along -Z [world units], 0 on the background.
+@group(1) @binding(0) var first_depths: texture_2d<f32>;
 
 /// The part of an image that a triangle shows.
 struct Decal {
@@ -52,6 +57,11 @@ struct Seen {
     @location(1) depth: f32,
     @location(2) albedo: vec4<f32>,
     @location(3) geo_normal: vec4<f32>,
+}
+
+struct SeenBehind {
+    @location(0) normal: vec4<f32>,
+    @location(1) depth: f32,
 }
 
 fn position_world(vertex: u32) -> vec3<f32> {
@@ -111,16 +121,31 @@ fn shown(decal: u32, uv: vec2<f32>, along: array<vec2<f32>, 2>) -> vec3<f32> {
     return textureSampleGrad(images, single, at, layer, along[0], along[1]).xyz;
 }
 
-@fragment
-fn main(at: Corner) -> Seen {
+/// View space, unit length.
+fn shading_normal(at: Corner) -> vec3<f32> {
     // A shorter vector's direction is rounding noise, as for the rays.
     let has_direction = dot(at.normal, at.normal) > 1e-8;
-    let normal = normalize(select(at.geo_normal, at.normal, has_direction));
+    return normalize(select(at.geo_normal, at.normal, has_direction));
+}
+
+@fragment
+fn main(at: Corner) -> Seen {
     // Derivatives have to be computed before invocations branch.
     let along = array(dpdx(at.uv), dpdy(at.uv));
     var albedo = at.albedo;
     if (at.decal != NONE) {
         albedo *= shown(at.decal, at.uv, along);
     }
-    return Seen(vec4(normal, 0.0), at.depth, vec4(albedo, 1.0), vec4(at.geo_normal, 0.0));
+    return Seen(vec4(shading_normal(at), 0.0), at.depth, vec4(albedo, 1.0), vec4(at.geo_normal, 0.0));
+}
+
+/// The second layer: the nearest surface that is far enough behind the first one.
+@fragment
+fn behind(at: Corner) -> SeenBehind {
+    let first = textureLoad(first_depths, vec2<u32>(at.clip.xy), 0).x;
+    // The distance is always above the rounding error of the first depth, as for the rays.
+    if (first == 0.0 || at.depth < first + max(camera.separation, 1e-5 * first)) {
+        discard;
+    }
+    return SeenBehind(vec4(shading_normal(at), 0.0), at.depth);
 }

@@ -1,5 +1,8 @@
 //! A frame: rasterise the G-buffer, compute visibility by up to two methods, light, tone map, present.
 //!
+//! A renderer of a [`Window`] rasterises the picture and a guard band around it; methods read both and give the picture. With
+//! [`FrameParams::separation`] a frame also has a second layer: the nearest surfaces that far behind the visible ones.
+//!
 //! ```no_run
 //! use aonet::gpu::Device;
 //! use aonet_scene::scene::procedural;
@@ -46,19 +49,20 @@ pub use present::Present;
 pub use stopwatch::PassTime;
 
 use crate::Result;
-use aonet::Size;
 use aonet::gpu::{Device, Kernels, wgpu};
 use aonet::internals::gpu::scoped;
+use aonet::{Size, Window};
 use aonet_scene::Scene;
 use aonet_scene::scene::Bounds;
 use aonet_scene::trace::Tracer;
 use device::Gpu;
+use frame::CheckedFrame;
 use gbuffer::GbufferPass;
 use occlusion::Occlusion;
 use scene::SceneBuffers;
 use shade::ShadePass;
 use stopwatch::Stopwatch;
-use targets::Targets;
+use targets::{SecondTargets, Targets};
 
 /// Everything on the device that drawing a scene needs, at one size.
 #[derive(Debug)]
@@ -66,6 +70,8 @@ pub struct Renderer {
     gpu: Gpu,
     scene: SceneBuffers,
     targets: Targets,
+    /// Whether the last frame has a second layer.
+    has_second: bool,
     gbuffer: GbufferPass,
     occlusion: Occlusion,
     shade: ShadePass,
@@ -73,19 +79,26 @@ pub struct Renderer {
 }
 
 impl Renderer {
-    /// A renderer of `scene`, whose images (PNG, JPEG) are decoded, with frames of `size`. The device needs
-    /// the default limits of WebGPU; its features `SHADER_F16` and `TIMESTAMP_QUERY` are used where it has them.
+    /// A renderer of `scene`, whose images (PNG, JPEG) are decoded, with frames of a size ([`Size`]), or with a guard band
+    /// around them ([`Window`]). The device needs the default limits of WebGPU; its features `SHADER_F16` and
+    /// `TIMESTAMP_QUERY` are used where it has them.
     ///
     /// # Errors
     /// When a side or the scene is too large for the device.
-    pub fn new((device, queue): (&wgpu::Device, &wgpu::Queue), scene: &Scene, size: Size) -> Result<Self> {
+    pub fn new(
+        (device, queue): (&wgpu::Device, &wgpu::Queue),
+        scene: &Scene,
+        window: impl Into<Window>,
+    ) -> Result<Self> {
         let gpu = Gpu { device: device.clone(), queue: queue.clone() };
-        targets::check_size(&gpu, size)?;
+        let window = window.into();
+        targets::check_size(&gpu, window)?;
         let buffers = SceneBuffers::new(&gpu, scene)?;
         let renderer = scoped(device, "renderer", || {
             Ok(Self {
                 scene: buffers,
-                targets: Targets::new(&gpu, size),
+                targets: Targets::new(&gpu, window),
+                has_second: false,
                 gbuffer: GbufferPass::new(&gpu),
                 occlusion: Occlusion::new(&gpu),
                 shade: ShadePass::new(&gpu),
@@ -100,8 +113,8 @@ impl Renderer {
     ///
     /// # Errors
     /// As [`Renderer::new`].
-    pub fn on(device: &Device, scene: &Scene, size: Size) -> Result<Self> {
-        let mut renderer = Self::new((&device.device, &device.queue), scene, size)?;
+    pub fn on(device: &Device, scene: &Scene, window: impl Into<Window>) -> Result<Self> {
+        let mut renderer = Self::new((&device.device, &device.queue), scene, window)?;
         renderer.occlusion.kernels = device.matrices.map_or(Kernels::Plain, Kernels::Matrices);
         Ok(renderer)
     }
@@ -129,19 +142,33 @@ impl Renderer {
         self.occlusion.samples()
     }
 
-    /// Changes the size of the frames to `size`.
+    /// Changes the size of the frames and of the guard band around them.
     ///
     /// # Errors
     /// When a side is too large for the device, or there is not enough memory; the renderer then does not change.
-    pub fn resize(&mut self, size: Size) -> Result<()> {
-        if size == self.size() {
+    pub fn resize(&mut self, window: impl Into<Window>) -> Result<()> {
+        let window = window.into();
+        if window == self.window() {
             return Ok(());
         }
-        targets::check_size(&self.gpu, size)?;
-        let targets = scoped(&self.gpu.device, "targets", || Ok(Targets::new(&self.gpu, size)))?;
+        targets::check_size(&self.gpu, window)?;
+        let targets = scoped(&self.gpu.device, "targets", || Ok(Targets::new(&self.gpu, window)))?;
         self.occlusion.resize(&targets)?;
         self.targets = targets;
+        self.has_second = false;
         Ok(())
+    }
+
+    /// Creates or keeps the textures that a frame needs beside those of every frame.
+    fn prepare(&mut self, frame: &CheckedFrame) -> Result<()> {
+        self.has_second = frame.separation_units.is_some();
+        if self.has_second && self.targets.second.is_none() {
+            let window = self.targets.window;
+            let made = scoped(&self.gpu.device, "second layer", || Ok(SecondTargets::new(&self.gpu, window)));
+            self.targets.second = Some(made?);
+            self.occlusion.rebind(&self.targets)?;
+        }
+        self.occlusion.prepare(&self.targets, frame)
     }
 
     /// Encodes a frame's passes, up to [`Renderer::picture`], without waiting. A method's first frame compiles its shaders
@@ -165,8 +192,8 @@ impl Renderer {
     /// As [`Renderer::encode`]; the encoder must then be dropped.
     pub fn begin(&mut self, encoder: &mut wgpu::CommandEncoder, frame: &FrameParams) -> Result<()> {
         self.stopwatch.iter_mut().for_each(Stopwatch::stop);
-        let frame = frame.checked(self.size())?;
-        self.occlusion.prepare(&self.targets, &frame)?;
+        let frame = frame.checked(self.window())?;
+        self.prepare(&frame)?;
         let mut watch = self.stopwatch.as_mut().and_then(Stopwatch::start);
         self.gbuffer.encode(encoder, (&self.scene, &self.targets), &frame, watch.as_deref_mut());
         let found = self.occlusion.encode(encoder, &frame, watch.as_deref_mut());
@@ -174,7 +201,7 @@ impl Renderer {
             watch.into_iter().for_each(Stopwatch::stop);
             return found;
         }
-        self.shade.encode(encoder, (&self.targets, &self.occlusion), &frame, watch);
+        self.shade.encode(encoder, (&self.targets, &self.occlusion), &frame.params, watch);
         Ok(())
     }
 
@@ -220,8 +247,13 @@ impl Renderer {
         self.scene.bounds
     }
 
-    /// The size of the frames.
+    /// The size of the frames, without their guard band.
     pub fn size(&self) -> Size {
-        self.targets.size
+        self.targets.window.size()
+    }
+
+    /// The size of the frames and of their guard band.
+    pub fn window(&self) -> Window {
+        self.targets.window
     }
 }

@@ -2,7 +2,7 @@
 
 use super::converging::Converging;
 use super::device::Gpu;
-use super::frame::FrameParams;
+use super::frame::CheckedFrame;
 use super::method::Method;
 use super::stopwatch::Stopwatch;
 use super::targets::{self, Target, Targets};
@@ -30,7 +30,7 @@ pub(super) struct Occlusion {
     seen: Vec<Method>,
 }
 
-/// A method with its resources.
+/// A method with its resources. It runs on the picture and its guard band, and gives the picture.
 #[derive(Debug)]
 struct Running {
     method: Method,
@@ -60,8 +60,8 @@ impl Occlusion {
     ///
     /// # Errors
     /// When a method cannot run on the device, or memory is short.
-    pub(super) fn prepare(&mut self, targets: &Targets, frame: &FrameParams) -> Result<()> {
-        self.seen = frame.seen();
+    pub(super) fn prepare(&mut self, targets: &Targets, frame: &CheckedFrame) -> Result<()> {
+        self.seen = frame.params.seen();
         for method in &self.seen {
             if *method == Method::Reference {
                 let reference = self.reference.as_mut().ok_or_else(|| {
@@ -82,7 +82,7 @@ impl Occlusion {
     pub(super) fn encode(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
-        frame: &FrameParams,
+        frame: &CheckedFrame,
         mut watch: Option<&mut Stopwatch>,
     ) -> Result<()> {
         for running in self.running.iter().filter(|running| self.seen.contains(&running.method)) {
@@ -90,7 +90,7 @@ impl Occlusion {
         }
         match &mut self.reference {
             Some(reference) if self.seen.contains(&Method::Reference) => {
-                reference.encode(encoder, frame, watch)
+                reference.encode(encoder, &frame.params, watch)
             }
             _ => Ok(()),
         }
@@ -113,6 +113,17 @@ impl Occlusion {
         let seen = std::mem::take(&mut self.seen);
         let kept = std::mem::take(&mut self.running).into_iter().filter(|r| seen.contains(&r.method));
         self.running = kept.map(|running| running.resized(&self.gpu, targets)).collect::<Result<_>>()?;
+        Ok(())
+    }
+
+    /// Lets the methods read other textures of the same size.
+    ///
+    /// # Errors
+    /// When memory is short.
+    pub(super) fn rebind(&mut self, targets: &Targets) -> Result<()> {
+        for running in &mut self.running {
+            running.view = running.session.bind(textures(targets, &running.visibility))?;
+        }
         Ok(())
     }
 
@@ -140,10 +151,10 @@ impl Running {
     fn new((gpu, kernels): (&Gpu, Kernels), method: Method, targets: &Targets) -> Result<Option<Self>> {
         let options =
             Options { depth: DepthEncoding::Linear, output: targets::VISIBILITY, ..Options::default() };
-        let pair = (&gpu.device, &gpu.queue);
+        let (pair, size) = ((&gpu.device, &gpu.queue), targets.window.buffer_size());
         let network = |bytes| {
             let model = Model::from_bytes(bytes)?;
-            Session::new(pair, &model, targets.size, Options { kernels, ..options }).map(Runner::Network)
+            Session::new(pair, &model, size, Options { kernels, ..options }).map(Runner::Network)
         };
         let session = match method {
             Method::Off | Method::Reference => return Ok(None),
@@ -151,20 +162,21 @@ impl Running {
             Method::Paper => network(shipped::PAPER)?,
             Method::Ssao | Method::Hbao | Method::Gtao | Method::Vbao | Method::Agtao => {
                 let classic = Classic::named(method.name())?;
-                Runner::Classic(ClassicSession::new(pair, &classic, targets.size, options)?)
+                Runner::Classic(ClassicSession::new(pair, &classic, size, options)?)
             }
         };
-        let visibility = Target::new(gpu, targets.size, targets::VISIBILITY);
+        let visibility = Target::new(gpu, targets.window.size(), targets::VISIBILITY);
         let view = session.bind(textures(targets, &visibility))?;
         Ok(Some(Self { method, session, view, visibility }))
     }
 
     fn resized(mut self, gpu: &Gpu, targets: &Targets) -> Result<Self> {
+        let size = targets.window.buffer_size();
         match &mut self.session {
-            Runner::Network(session) => session.resize(targets.size)?,
-            Runner::Classic(session) => session.resize(targets.size)?,
+            Runner::Network(session) => session.resize(size)?,
+            Runner::Classic(session) => session.resize(size)?,
         }
-        self.visibility = Target::new(gpu, targets.size, targets::VISIBILITY);
+        self.visibility = Target::new(gpu, targets.window.size(), targets::VISIBILITY);
         self.view = self.session.bind(textures(targets, &self.visibility))?;
         Ok(self)
     }
@@ -172,10 +184,11 @@ impl Running {
     fn encode(
         &self,
         encoder: &mut wgpu::CommandEncoder,
-        frame: &FrameParams,
+        frame: &CheckedFrame,
         watch: Option<&mut Stopwatch>,
     ) -> Result<()> {
-        let of = gpu::FrameNumbers { camera: frame.camera, far: frame.far, params: frame.params };
+        let CheckedFrame { params: frame, buffer_camera, .. } = *frame;
+        let of = gpu::FrameNumbers { camera: buffer_camera, far: frame.far, params: frame.params };
         let passes = match &self.session {
             Runner::Network(session) => session.pass_labels().len(),
             Runner::Classic(session) => session.pass_labels().len(),
@@ -205,7 +218,7 @@ fn textures<'a>(targets: &'a Targets, visibility: &'a Target) -> FrameViews<'a> 
     FrameViews {
         normal: &targets.normal.view,
         depth: &targets.depth.view,
-        second: None,
+        second: targets.second.as_ref().map(|second| &second.depth.view),
         visibility: &visibility.view,
     }
 }

@@ -1,18 +1,19 @@
 //! Copies frames from the device into main memory. Waits for the device.
 
+use super::targets::Target;
 use super::{Method, Renderer};
 use crate::{Error, Result};
 use aonet::gpu::wgpu;
 use aonet::internals::gpu::bind::extent;
 use aonet::internals::gpu::scoped;
-use aonet::{AoImage, Camera, GBuffer};
+use aonet::{AoImage, Camera, GBuffer, SecondLayer};
 use half::f16;
 use image::RgbImage;
 
-/// The output of the G-buffer pass.
+/// The output of the G-buffer passes, the guard band included.
 #[derive(Debug, Clone)]
 pub struct Drawn {
-    /// Depth and shading normals, view space.
+    /// Depth and shading normals, view space, with the second layer if the frame has one.
     pub gbuffer: GBuffer<'static>,
     /// HxW geometric normals, view space, towards the viewer; zero on the background.
     pub geo_normal: Vec<[f32; 3]>,
@@ -39,7 +40,9 @@ pub fn image(renderer: &Renderer) -> Result<RgbImage> {
 /// # Errors
 /// As [`picture`].
 pub fn albedo(renderer: &Renderer) -> Result<RgbImage> {
-    without_alpha(renderer, &texels(renderer, &renderer.targets.albedo.texture)?)
+    let texels = texels(renderer, &renderer.targets.albedo.texture)?;
+    let picture = renderer.window().cropped(texels.as_chunks::<4>().0.to_vec());
+    without_alpha(renderer, picture.as_flattened())
 }
 
 fn without_alpha(renderer: &Renderer, texels: &[u8]) -> Result<RgbImage> {
@@ -54,15 +57,17 @@ fn without_alpha(renderer: &Renderer, texels: &[u8]) -> Result<RgbImage> {
 /// # Errors
 /// As [`picture`], and when the camera is of another size.
 pub fn drawn(renderer: &Renderer, camera: &Camera) -> Result<Drawn> {
-    let vectors = |texture| Ok::<_, Error>(halves(&texels(renderer, texture)?));
-    let depth = texels(renderer, &renderer.targets.depth.texture)?;
-    let depth = depth.as_chunks().0.iter().map(|b| match f32::from_le_bytes(*b) {
-        0.0 => f32::INFINITY,
-        depth => depth,
-    });
-    let normal = vectors(&renderer.targets.normal.texture)?;
-    let gbuffer = GBuffer::new(*camera, depth.collect::<Vec<_>>(), normal)?;
-    Ok(Drawn { gbuffer, geo_normal: vectors(&renderer.targets.geo_normal.texture)? })
+    let vectors = |target: &Target| Ok::<_, Error>(halves(&texels(renderer, &target.texture)?));
+    let depths = |target: &Target| Ok::<_, Error>(distances(&texels(renderer, &target.texture)?));
+    let (targets, margin) = (&renderer.targets, renderer.window().margin());
+    let camera = camera.with_margin(margin)?;
+    let gbuffer = GBuffer::new(camera, depths(&targets.depth)?, vectors(&targets.normal)?)?;
+    let mut gbuffer = gbuffer.with_margin(margin)?;
+    if let Some(second) = targets.second.as_ref().filter(|_| renderer.has_second) {
+        let normal = Some(vectors(&second.normal)?.into());
+        gbuffer = gbuffer.with_second(SecondLayer { depth: depths(&second.depth)?.into(), normal })?;
+    }
+    Ok(Drawn { gbuffer, geo_normal: vectors(&targets.geo_normal)? })
 }
 
 /// A method's visibility in the last frame.
@@ -78,6 +83,15 @@ pub fn visibility(renderer: &Renderer, method: Method) -> Result<AoImage> {
     let texels = texels(renderer, texture)?;
     let values = texels.as_chunks().0.iter().map(|b| f16::from_le_bytes(*b).to_f32());
     Ok(AoImage::new(size, values.collect())?)
+}
+
+/// A distance of each texel; infinite on the background.
+fn distances(texels: &[u8]) -> Vec<f32> {
+    let distance = |t: &[u8; 4]| match f32::from_le_bytes(*t) {
+        0.0 => f32::INFINITY,
+        distance => distance,
+    };
+    texels.as_chunks().0.iter().map(distance).collect()
 }
 
 /// The first three of four half floats of each texel.

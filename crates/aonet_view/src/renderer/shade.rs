@@ -6,12 +6,13 @@ use super::method::Method;
 use super::occlusion::Occlusion;
 use super::stopwatch::Stopwatch;
 use super::targets::{self, Targets};
+use aonet::Margin;
 use aonet::gpu::wgpu;
 use aonet::internals::gpu::bind::{self, TEXTURE, UNIFORM};
 use aonet::metrics::ERROR_SCALE;
 
 /// Bytes of the struct `Shade` of `shade.wgsl`.
-const SHADE_BYTES: u64 = 80;
+const SHADE_BYTES: u64 = 96;
 
 /// Draws the picture.
 #[derive(Debug)]
@@ -23,7 +24,7 @@ pub(super) struct ShadePass {
 
 impl ShadePass {
     pub(super) fn new(gpu: &Gpu) -> Self {
-        let bindings = [UNIFORM, TEXTURE, TEXTURE, TEXTURE, TEXTURE, TEXTURE, TEXTURE];
+        let bindings = [UNIFORM, TEXTURE, TEXTURE, TEXTURE, TEXTURE, TEXTURE, TEXTURE, TEXTURE];
         let cover = gpu.cover(("shade", &source()), &bindings, targets::PICTURE);
         let shade = gpu.buffer("shade", SHADE_BYTES, wgpu::BufferUsages::UNIFORM);
         Self { gpu: gpu.clone(), cover, shade }
@@ -36,11 +37,14 @@ impl ShadePass {
         frame: &FrameParams,
         watch: Option<&mut Stopwatch>,
     ) {
-        self.gpu.queue.write_buffer(&self.shade, 0, &shade_bytes(frame));
+        self.gpu.queue.write_buffer(&self.shade, 0, &shade_bytes(frame, targets.window.margin()));
         let [first, second] = frame.methods.map(|method| &occlusion.visibility(method).view);
         let reference = &occlusion.visibility(Method::Reference).view;
         let [normal, depth, albedo] = [&targets.normal, &targets.depth, &targets.albedo].map(|t| &t.view);
-        let views = [normal, depth, albedo, first, second, reference].map(wgpu::BindingResource::TextureView);
+        // Only pictures of the second layer read its normals, and their frames have some.
+        let second_normal = targets.second.as_ref().map_or(normal, |second| &second.normal.view);
+        let views = [normal, depth, albedo, first, second, reference, second_normal];
+        let views = views.map(wgpu::BindingResource::TextureView);
         let resources = [self.shade.as_entire_binding()].into_iter().chain(views);
         // Created for every frame, because the methods' textures can change.
         let group = bind::group(&self.gpu.device, "shade", &self.cover.layout, resources);
@@ -55,7 +59,7 @@ pub(super) fn source() -> String {
 }
 
 /// The struct `Shade` of the shader.
-fn shade_bytes(frame: &FrameParams) -> Vec<u8> {
+fn shade_bytes(frame: &FrameParams, margin: Margin) -> Vec<u8> {
     let camera = &frame.camera;
     let world_from_view = camera.view_from_world().matrix3.transpose();
     let columns = world_from_view.to_cols_array_2d().map(|[x, y, z]| [x, y, z, 0.0]);
@@ -71,11 +75,13 @@ fn shade_bytes(frame: &FrameParams) -> Vec<u8> {
         Show::Visibility => 1,
         Show::Normals => 2,
         Show::Error => 3,
+        Show::Second => 4,
     };
     let words = [camera.width() as u32, camera.height() as u32, split, show];
     let mut all = bytes(columns.into_iter().flatten().chain(half_image));
     all.extend(words.into_iter().flat_map(u32::to_le_bytes));
     all.extend(bytes(middle));
+    all.extend([margin.x as u32, margin.y as u32].into_iter().flat_map(u32::to_le_bytes));
     all.resize(SHADE_BYTES as usize, 0);
     all
 }

@@ -11,12 +11,15 @@ struct Shade {
     show: u32,
     /// View-space x and y at distance 1 of the picture's middle.
     middle: vec2<f32>,
+    /// Columns of guard band left of the picture, and rows above it [px].
+    margin: vec2<u32>,
 }
 
 const SHADED: u32 = 0u;
 const VISIBILITY: u32 = 1u;
 const NORMALS: u32 = 2u;
 const ERROR: u32 = 3u;
+const SECOND: u32 = 4u;
 
 @group(0) @binding(0) var<uniform> shade: Shade;
 @group(0) @binding(1) var normals: texture_2d<f32>;
@@ -25,6 +28,7 @@ const ERROR: u32 = 3u;
 @group(0) @binding(4) var first: texture_2d<f32>;
 @group(0) @binding(5) var second: texture_2d<f32>;
 @group(0) @binding(6) var reference: texture_2d<f32>;
+@group(0) @binding(7) var second_normals: texture_2d<f32>;
 
 /// Keeps white paint below white.
 const EXPOSURE: f32 = 0.45;
@@ -74,23 +78,31 @@ fn visibility_at(visibilities: texture_2d<f32>, pixel: vec2<u32>) -> f32 {
     return textureLoad(visibilities, min(pixel, textureDimensions(visibilities) - 1u), 0).x;
 }
 
+/// Black on the background, where normals are zero.
+fn normal_colour(normal: vec3<f32>) -> vec3<f32> {
+    return select(vec3(0.0), 0.5 * normal + 0.5, any(normal != vec3(0.0)));
+}
+
 fn colour(pixel: vec2<u32>) -> vec3<f32> {
-    let normal = textureLoad(normals, pixel, 0).xyz;
-    let foreground = textureLoad(depths, pixel, 0).x > 0.0;
+    // The textures of the G-buffer have a guard band; others do not.
+    let texel = pixel + shade.margin;
+    let normal = textureLoad(normals, texel, 0).xyz;
+    let foreground = textureLoad(depths, texel, 0).x > 0.0;
     var visibility = visibility_at(first, pixel);
     if (pixel.x >= shade.split) {
         visibility = visibility_at(second, pixel);
     }
     switch shade.show {
         case VISIBILITY: { return vec3(visibility); }
-        case NORMALS: { return select(vec3(0.0), 0.5 * normal + 0.5, foreground); }
+        case NORMALS: { return normal_colour(normal); }
+        case SECOND: { return normal_colour(textureLoad(second_normals, texel, 0).xyz); }
         case ERROR: { return diverging((visibility - visibility_at(reference, pixel)) / ERROR_SCALE); }
         default: {}
     }
     if (!foreground) {
         return encoded(sky(pixel));
     }
-    return encoded(lit(normal, textureLoad(albedos, pixel, 0).xyz, visibility));
+    return encoded(lit(normal, textureLoad(albedos, texel, 0).xyz, visibility));
 }
 
 @fragment

@@ -6,8 +6,9 @@ use aonet::gpu::{Timestamps, wgpu};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU8, Ordering};
 
-/// Steps of a frame that are timed separately: the G-buffer, two methods, the reference, the lighting, and three of the caller.
-const SETS: usize = 8;
+/// Steps of a frame that are timed separately: the G-buffer, the second layer, two methods, the reference, the lighting, and
+/// three of the caller.
+const SETS: usize = 9;
 /// Queries of each step. The largest shipped network has 22 passes.
 const QUERIES: u32 = 128;
 const SET_BYTES: u64 = QUERIES as u64 * 8;

@@ -2,9 +2,9 @@
 
 use super::device::Gpu;
 use crate::Result;
-use aonet::Size;
 use aonet::gpu::wgpu;
 use aonet::internals::gpu::bind::extent;
+use aonet::{Size, Window};
 use wgpu::TextureFormat as Format;
 
 /// A texture and a view of all of it.
@@ -14,10 +14,10 @@ pub(super) struct Target {
     pub(super) view: wgpu::TextureView,
 }
 
-/// The textures of the G-buffer, and the finished picture.
+/// The textures of the G-buffer, which cover the picture and its guard band, and the finished picture.
 #[derive(Debug)]
 pub(super) struct Targets {
-    pub(super) size: Size,
+    pub(super) window: Window,
     /// View-space unit shading normals towards the viewer; zero on the background.
     pub(super) normal: Target,
     /// Distance along -Z (world units); 0 on the background.
@@ -26,10 +26,21 @@ pub(super) struct Targets {
     pub(super) albedo: Target,
     /// View-space unit normals of the triangles towards the viewer; zero on the background.
     pub(super) geo_normal: Target,
+    /// None until a frame shows it.
+    pub(super) second: Option<SecondTargets>,
     /// Depth for hidden-surface removal.
     pub(super) z: Target,
-    /// sRGB values.
+    /// sRGB values; without the guard band.
     pub(super) picture: Target,
+}
+
+/// The textures of the second layer.
+#[derive(Debug)]
+pub(super) struct SecondTargets {
+    /// As [`Targets::normal`].
+    pub(super) normal: Target,
+    /// As [`Targets::depth`].
+    pub(super) depth: Target,
 }
 
 pub(super) const NORMAL: Format = Format::Rgba16Float;
@@ -41,17 +52,25 @@ pub(super) const PICTURE: Format = Format::Rgba8Unorm;
 pub(super) const VISIBILITY: Format = Format::R16Float;
 
 impl Targets {
-    pub(super) fn new(gpu: &Gpu, size: Size) -> Self {
-        let target = |format| Target::new(gpu, size, format);
+    pub(super) fn new(gpu: &Gpu, window: Window) -> Self {
+        let target = |format| Target::new(gpu, window.buffer_size(), format);
         Self {
-            size,
+            window,
             normal: target(NORMAL),
             depth: target(DEPTH),
             albedo: target(ALBEDO),
             geo_normal: target(NORMAL),
+            second: None,
             z: target(Z),
-            picture: target(PICTURE),
+            picture: Target::new(gpu, window.size(), PICTURE),
         }
+    }
+}
+
+impl SecondTargets {
+    pub(super) fn new(gpu: &Gpu, window: Window) -> Self {
+        let target = |format| Target::new(gpu, window.buffer_size(), format);
+        Self { normal: target(NORMAL), depth: target(DEPTH) }
     }
 }
 
@@ -75,12 +94,13 @@ impl Target {
     }
 }
 
-/// Checks that the device has textures of this size.
+/// Checks that the device has textures for a picture and its guard band.
 ///
 /// # Errors
 /// When a side is too large.
-pub(super) fn check_size(gpu: &Gpu, size: Size) -> Result<()> {
+pub(super) fn check_size(gpu: &Gpu, window: Window) -> Result<()> {
     let most = gpu.device.limits().max_texture_dimension_2d as usize;
+    let size = window.buffer_size();
     if size.width().max(size.height()) <= most {
         return Ok(());
     }

@@ -8,8 +8,9 @@ use std::collections::VecDeque;
 const FRAMES: usize = 120;
 
 /// Colours of steps other than methods.
-const OTHERS: [(&str, Color32); 4] = [
+const OTHERS: [(&str, Color32); 5] = [
     ("G-buffer", Color32::from_rgb(86, 136, 199)),
+    ("second layer", Color32::from_rgb(120, 108, 208)),
     ("lighting", Color32::from_rgb(222, 202, 110)),
     ("presenting", Color32::from_rgb(150, 150, 150)),
     ("controls", Color32::from_rgb(205, 205, 205)),

@@ -21,7 +21,7 @@ use winit::event_loop::{ControlFlow, EventLoop};
 pub struct Start {
     /// The scene.
     pub tracer: Tracer,
-    /// Camera, AO radius, and the size of the window (px).
+    /// Camera, AO radius, guard band, separation of the second layer, and the size of the window (px).
     pub view: View,
     /// The methods left and right of the slider.
     pub methods: [Method; 2],

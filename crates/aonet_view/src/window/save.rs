@@ -74,7 +74,7 @@ pub(super) fn scores(renderer: &Renderer, of: &FrameParams) -> Result<Option<Str
     }
     let reference = readback::visibility(renderer, Method::Reference)?;
     let drawn = readback::drawn(renderer, &of.camera)?;
-    let foreground: Vec<bool> = drawn.gbuffer.depth().iter().map(|depth| depth.is_finite()).collect();
+    let foreground = drawn.gbuffer.foreground();
     let mut lines = vec![format!("against {} rays, foreground:", renderer.samples())];
     let sides = [of.methods[0], of.methods[1]].into_iter().zip([of.split > 0.0, of.split < 1.0]);
     for (method, _) in sides.filter(|(method, seen)| *seen && *method != Method::Reference) {

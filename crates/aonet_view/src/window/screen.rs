@@ -33,8 +33,8 @@ impl Screen {
         let device = &surface.device;
         let pair = (&device.device, &device.queue);
         let most = device.device.limits().max_texture_dimension_2d as usize;
-        let size = viewer.frame_size(surface.size(), most);
-        let mut renderer = Renderer::on(device, viewer.tracer.scene(), size)?;
+        let window_of_frames = viewer.frame_window(surface.size(), most)?;
+        let mut renderer = Renderer::on(device, viewer.tracer.scene(), window_of_frames)?;
         renderer.set_tracer(&viewer.tracer)?;
         viewer.name_missing(renderer.missing());
         let present = Present::new(pair, surface.format());
@@ -91,8 +91,8 @@ impl Screen {
         }
         let clock = self.renderer.clock("presenting");
         self.present.encode_timed(&mut encoder, (self.renderer.picture(), &target), clock.as_ref());
-        let (size, samples) = (self.renderer.size(), self.renderer.samples());
-        let facts = Facts { size, samples, has_clock: self.renderer.has_clock() };
+        let (window, samples) = (self.renderer.window(), self.renderer.samples());
+        let facts = Facts { window, samples, has_clock: self.renderer.has_clock() };
         let input = self.egui.take_egui_input(&self.window);
         let mut request = None;
         let output = self.egui.egui_ctx().clone().run_pass(input, |context| {
@@ -111,7 +111,7 @@ impl Screen {
     /// The current frame, of the renderer's size.
     fn frame(&mut self, viewer: &Viewer) -> Result<FrameParams> {
         let most = self.surface.device.device.limits().max_texture_dimension_2d as usize;
-        self.renderer.resize(viewer.frame_size(self.surface.size(), most))?;
+        self.renderer.resize(viewer.frame_window(self.surface.size(), most)?)?;
         viewer.frame(self.renderer.size())
     }
 

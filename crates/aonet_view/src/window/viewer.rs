@@ -6,9 +6,10 @@ use super::load::{Loaded, Loading, coloured};
 use crate::renderer::{CameraPath, FrameParams, Method, Orbit, Show};
 use crate::{Error, Result};
 use aonet::frame::MAX_SIDE;
-use aonet::{AoParams, Size};
+use aonet::{AoParams, Margin, Size, Window};
 use aonet_scene::View;
 use aonet_scene::trace::Tracer;
+use aonet_scene::view::Surround;
 use glam::Vec3;
 use std::collections::HashSet;
 use std::time::{Duration, Instant};
@@ -25,7 +26,7 @@ const KEY_SPACING: f32 = 0.1;
 #[derive(Debug)]
 pub(super) struct Viewer {
     pub(super) tracer: Tracer,
-    /// Field of view and planes of the scene's view; camera and radius at the start.
+    /// Field of view, planes, guard band and separation; camera and radius at the start.
     pub(super) view: View,
     pub(super) orbit: Orbit,
     pub(super) methods: [Method; 2],
@@ -97,17 +98,25 @@ impl Viewer {
             methods: self.methods,
             split: self.split,
             show: self.show,
+            separation: self.view.separation,
             // While scores are pending, rays matter more than the frame rate.
             samples: if self.wants_scores { self.samples.max(16) } else { self.samples },
             traced: self.wants_scores,
         })
     }
 
-    /// Size of the frames in a window of a size; no side is above `most` (px).
-    pub(super) fn frame_size(&self, window: Size, most: usize) -> Size {
-        let side =
-            |pixels: usize| ((pixels as f32 * self.scale).round() as usize).clamp(1, most.min(MAX_SIDE));
-        Size::px(side(window.width()), side(window.height()))
+    /// Size of the frames in a window of a size, and their guard band; with it no side is above `most` (px).
+    ///
+    /// # Errors
+    /// When the guard band leaves no picture.
+    pub(super) fn frame_window(&self, window: Size, most: usize) -> Result<Window> {
+        let share = self.view.margin;
+        let most = most.min(MAX_SIDE) as f32;
+        // A margin is rounded, by half a pixel on each side.
+        let most = if share > 0.0 { ((most - 1.0) / (1.0 + 2.0 * share)).floor() } else { most };
+        let side = |pixels: usize| (pixels as f32 * self.scale).round().clamp(1.0, most) as usize;
+        let size = Size::px(side(window.width()), side(window.height()));
+        Ok(Window::new(size, Margin::share(size, share))?)
     }
 
     /// Moves the camera by pressed keys or the recorded path.
@@ -197,7 +206,8 @@ impl Viewer {
     fn show_scene(&mut self, (tracer, view): Loaded) {
         self.orbit = Orbit::of_view(&view);
         self.radius = view.radius;
-        (self.tracer, self.view) = (tracer, view);
+        let surround = Surround { margin: self.view.margin, separation: self.view.separation };
+        (self.tracer, self.view) = (tracer, view.surrounded(surround));
         self.way = CameraPath::default();
         self.motion = Motion::Free;
     }
@@ -287,13 +297,40 @@ pub(super) mod tests {
     #[test]
     fn frames_have_a_size_at_any_scale() {
         let mut viewer = viewer();
-        assert_eq!(viewer.frame_size(Size::px(201, 100), 8192), Size::px(201, 100));
+        let size = |viewer: &Viewer, window| viewer.frame_window(window, 8192).unwrap().size();
+        assert_eq!(size(&viewer, Size::px(201, 100)), Size::px(201, 100));
         viewer.scale = 0.25;
         assert_eq!(
-            [Size::px(201, 100), Size::px(1, 1)].map(|window| viewer.frame_size(window, 8192)),
+            [Size::px(201, 100), Size::px(1, 1)].map(|window| size(&viewer, window)),
             [Size::px(50, 25), Size::px(1, 1)]
         );
         viewer.scale = 2.0;
-        assert_eq!(viewer.frame_size(Size::px(5000, 100), 8192), Size::px(8192, 200));
+        assert_eq!(size(&viewer, Size::px(5000, 100)), Size::px(8192, 200));
+    }
+
+    #[test]
+    fn guard_bands_follow_the_frame_and_fit_the_device() {
+        let mut viewer = viewer();
+        viewer.view.margin = 0.15;
+        let window = viewer.frame_window(Size::px(200, 100), 8192).unwrap();
+        assert_eq!((window.size(), window.margin()), (Size::px(200, 100), Margin { x: 30, y: 15 }));
+        for share in [0.1, 0.15, 0.33, 1.0] {
+            viewer.view.margin = share;
+            for most in [64, 8191, 8192] {
+                let sides = viewer.frame_window(Size::px(9000, 9000), most).unwrap().buffer_size();
+                assert!(sides.width() <= most && sides.width() + 4 > most, "{share} {most}: {sides}");
+            }
+        }
+    }
+
+    #[test]
+    fn another_scene_keeps_guard_band_and_layers() {
+        let mut viewer = viewer();
+        (viewer.view.margin, viewer.view.separation) = (0.25, Some(0.5));
+        let Start { tracer, view, .. } = start();
+        viewer.show_scene((tracer, view));
+        assert_eq!((viewer.view.margin, viewer.view.separation), (0.25, Some(0.5)));
+        let frame = viewer.frame(Size::px(20, 10)).unwrap();
+        assert_eq!(frame.separation, Some(0.5));
     }
 }

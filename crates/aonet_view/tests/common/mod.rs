@@ -2,8 +2,8 @@
 //! `AONET_REQUIRE_GPU=1` it fails.
 #![allow(dead_code, reason = "each test program uses some of it")]
 
-use aonet::Size;
 use aonet::gpu::Device;
+use aonet::{Size, Window};
 use aonet_scene::scene::colours;
 use aonet_scene::scene::procedural::{self, Kind};
 use aonet_scene::staging::{SceneSpec, SceneSplit, propose_view};
@@ -35,13 +35,22 @@ pub(crate) fn proposed(kind: Kind, size: Size) -> (Tracer, View) {
     propose_view(&SceneSpec::procedural(kind, 3, SceneSplit::Train), size, 5).unwrap()
 }
 
-pub(crate) fn renderer(device: &Device, scene: &Scene, size: Size) -> Renderer {
-    Renderer::on(device, scene, size).unwrap()
+pub(crate) fn renderer(device: &Device, scene: &Scene, window: impl Into<Window>) -> Renderer {
+    Renderer::on(device, scene, window).unwrap()
+}
+
+/// The picture and the guard band of a view.
+pub(crate) fn window(view: &View) -> Window {
+    Window::new(view.size().unwrap(), view.margin_px().unwrap()).unwrap()
 }
 
 /// A frame of a view.
 pub(crate) fn frame(view: &View) -> FrameParams {
-    FrameParams { far: view.far, ..FrameParams::new(view.camera().unwrap(), view.params().unwrap()) }
+    FrameParams {
+        far: view.far,
+        separation: view.separation,
+        ..FrameParams::new(view.camera().unwrap(), view.params().unwrap())
+    }
 }
 
 /// Draws a frame.
