@@ -88,6 +88,26 @@ mod viewer {
         );
     }
 
+    #[test]
+    fn frames_have_their_guard_band_and_second_layer_in_their_files() {
+        let dir = tempfile::tempdir().unwrap();
+        if !is_there(dir.path()) {
+            return;
+        }
+        let line = "view --headless --size 64x36 --method gtao --margin 0.25 --layers 2 --frames 2 --exr --times --out deep";
+        let output = aonet(dir.path(), line).output().unwrap();
+        let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.success(), "{stderr}");
+        assert_eq!(String::from_utf8(output.stdout).unwrap().lines().count(), 4);
+        assert_eq!(picture(&dir.path().join("deep/frame_0001.png")).dimensions(), (64, 36));
+        let timed = stderr.lines().filter(|line| line.contains("second layer") && line.contains("GTAO"));
+        assert!(timed.count() == 2 || stderr.contains("does not time passes"), "{stderr}");
+        let info = common::json(dir.path(), "info deep/frame_0001.exr --json");
+        assert_eq!(info["margin"], serde_json::json!({ "x": 16, "y": 9 }));
+        assert_eq!((&info["second_layer"], &info["camera_known"]), (&true.into(), &true.into()));
+        common::ok(dir.path(), "classic gtao deep/frame_0001.exr -o ao.png");
+    }
+
     /// A triangle in the plane z = 0 with an image that is not there.
     fn without_its_image() -> String {
         let corners = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0f32];
@@ -130,6 +150,11 @@ mod viewer {
             ("--method magic", "magic"),
             ("--against magic", "magic"),
             ("--show magic", "magic"),
+            ("--margin 1.5", "margin"),
+            ("--margin NaN", "margin"),
+            ("--layers 3", "1..=2"),
+            ("--layers 1 --separation 0.1", "--layers 2"),
+            ("--layers 2 --separation=-1", "separation"),
             ("--size 0x0", "1..=32768"),
             ("--size 12", "WxH"),
             ("--radius=-1", "radius"),
@@ -156,6 +181,15 @@ mod viewer {
             let said = refusal(&output);
             assert!(said.contains("adapter"), "{said}");
             assert!(!dir.path().join("pictures").exists());
+        }
+    }
+
+    #[test]
+    fn frames_and_times_are_for_pictures_without_a_window() {
+        let dir = tempfile::tempdir().unwrap();
+        for option in ["--exr", "--times"] {
+            let said = refusal(&aonet(dir.path(), &format!("view {option}")).output().unwrap());
+            assert!(said.contains("--headless"), "{said}");
         }
     }
 

@@ -5,6 +5,8 @@ mod headless;
 #[cfg(feature = "viewer")]
 mod stage;
 
+#[cfg(feature = "viewer")]
+use crate::setup::SurroundArgs;
 use anyhow::Result;
 #[cfg(feature = "viewer")]
 use aonet::Size;
@@ -24,6 +26,7 @@ Examples:
   aonet view
   aonet view robot.glb --method network --against reference
   aonet view --headless --frames 1 --size 640x360 --method network --against off --out pictures
+  aonet view robot.glb --headless --margin 0.15 --layers 2 --exr --times --out deep
   aonet view hall.glb --headless --camera-path way.json --frames 120 --out film")]
 #[cfg(feature = "viewer")]
 pub(crate) struct Args {
@@ -44,12 +47,14 @@ pub(crate) struct Args {
     /// Place of the slider, in picture widths.
     #[arg(long, default_value_t = 0.5)]
     split: f32,
-    /// Picture to draw: shaded, ao, normals, or error (method minus reference).
+    /// Picture to draw: shaded, ao, normals, error (method minus reference), or second (normals of the second layer).
     #[arg(long, default_value = "shaded")]
     show: String,
     /// AO radius instead of the view's (world units).
     #[arg(long)]
     radius: Option<f32>,
+    #[command(flatten)]
+    surround: SurroundArgs,
     /// Width and height (px).
     #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = super::bench::parse_size)]
     size: Size,
@@ -68,6 +73,12 @@ pub(crate) struct Args {
     /// Rays a pixel of the reference in each picture.
     #[arg(long, default_value_t = 64, requires = "headless")]
     spp: u32,
+    /// Also write the G-buffer of each picture, with its guard band and layers: frame_0000.exr and so on.
+    #[arg(long, requires = "headless")]
+    exr: bool,
+    /// Report the time of every pass of each picture, where the device has a clock.
+    #[arg(long, requires = "headless")]
+    times: bool,
 }
 
 /// Show a scene with ambient occlusion in a window: in programs built with `--features viewer`.

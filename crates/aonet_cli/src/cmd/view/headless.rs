@@ -4,11 +4,13 @@ use super::Args;
 use super::stage::Stage;
 use crate::output;
 use anyhow::{Context, Result};
-use aonet::Camera;
-use aonet::gpu::Device;
+use aonet::Window;
+use aonet::gpu::{Device, wgpu};
+use aonet_lab::frame::Frame;
 use aonet_lab::picture::save_png;
+use aonet_scene::View;
 use aonet_scene::scene::colours;
-use aonet_view::renderer::{Orbit, readback};
+use aonet_view::renderer::{Orbit, PassTime, readback};
 use aonet_view::{FrameParams, Renderer};
 use std::f32::consts::TAU;
 use std::path::Path;
@@ -21,19 +23,40 @@ pub(super) fn run(args: &Args, stage: Stage, out: &Path) -> Result<()> {
     let device = Device::wait_for()?;
     let mut scene = stage.tracer.scene().clone();
     colours::add_plain(&mut scene);
-    let mut renderer = Renderer::on(&device, &scene, stage.view.size()?)?;
+    let window = Window::new(stage.view.size()?, stage.view.margin_px()?)?;
+    let mut renderer = Renderer::on(&device, &scene, window)?;
     renderer.missing_images().iter().for_each(|missing| log::warn!("{missing}"));
-    if frame(args, &stage, 0)?.traces() {
+    if args.times && !renderer.has_clock() {
+        output::note("no times: this device does not time passes");
+    }
+    if frame(args, &stage, &stage.view)?.traces() {
         renderer.set_tracer(&stage.tracer)?;
     }
     std::fs::create_dir_all(out).with_context(|| out.display().to_string())?;
     for i in 0..args.frames {
-        draw(&device, &mut renderer, &frame(args, &stage, i)?)?;
+        let view = view(&stage, i, args.frames);
+        let frame = frame(args, &stage, &view)?;
+        draw(&device, &mut renderer, &frame)?;
         let path = out.join(format!("frame_{i:04}.png"));
         save_png(&readback::image(&renderer)?, &path)?;
         output::text(&format!("{}\n", path.display()))?;
+        if args.exr {
+            let path = path.with_extension("exr");
+            save_exr(&renderer, &frame, view, &path)?;
+            output::text(&format!("{}\n", path.display()))?;
+        }
+        if args.times && renderer.has_clock() {
+            output::note(&times(&device, &mut renderer, &frame)?);
+        }
     }
     Ok(())
+}
+
+/// Writes the G-buffer of the last frame.
+fn save_exr(renderer: &Renderer, frame: &FrameParams, view: View, path: &Path) -> Result<()> {
+    let drawn = readback::drawn(renderer, &frame.camera)?;
+    let (radius, geo_normal) = (Some(view.radius), Some(drawn.geo_normal));
+    Ok(Frame { gbuffer: drawn.gbuffer, geo_normal, ao: None, radius, view: Some(view) }.save(path)?)
 }
 
 /// Draws a frame; the reference in parts that are short enough for a driver's watchdog.
@@ -51,19 +74,34 @@ fn draw(device: &Device, renderer: &mut Renderer, frame: &FrameParams) -> Result
     }
 }
 
-fn frame(args: &Args, stage: &Stage, i: usize) -> Result<FrameParams> {
+/// The times of a frame's passes on one line. The frame is drawn again: now its shaders are compiled.
+fn times(device: &Device, renderer: &mut Renderer, frame: &FrameParams) -> Result<String> {
+    // The second of two frames reads the times of the first.
+    for _ in 0..2 {
+        draw(device, renderer, frame)?;
+        device.device.poll(wgpu::PollType::wait_indefinitely()).context("the graphics device")?;
+    }
+    let passes = renderer.times();
+    let line = |label: &str, ms: f32| format!("{label} {ms:.2} ms");
+    let together = line("together", passes.iter().map(|pass| pass.ms).sum());
+    let each = passes.iter().map(|PassTime { label, ms }| line(label, *ms));
+    Ok(each.chain([together]).collect::<Vec<_>>().join(", "))
+}
+
+fn frame(args: &Args, stage: &Stage, view: &View) -> Result<FrameParams> {
     Ok(FrameParams {
-        far: stage.view.far,
+        far: view.far,
         methods: stage.methods,
         split: stage.split,
         show: stage.show,
+        separation: view.separation,
         samples: args.spp,
-        ..FrameParams::new(camera(stage, i, args.frames)?, stage.view.params()?)
+        ..FrameParams::new(view.camera()?, view.params()?)
     })
 }
 
-/// The camera of frame `i`: on the camera path, or on a circle around the view's target.
-fn camera(stage: &Stage, i: usize, frames: usize) -> Result<Camera> {
+/// The view of frame `i`: on the camera path, or on a circle around the target of the stage's view.
+fn view(stage: &Stage, i: usize, frames: usize) -> View {
     let (view, i) = (&stage.view, i as f32);
     let orbit = match &stage.way {
         Some(way) => {
@@ -77,6 +115,7 @@ fn camera(stage: &Stage, i: usize, frames: usize) -> Result<Camera> {
         }
         None => None,
     };
-    let Some(orbit) = orbit else { return Ok(view.camera()?) };
-    Ok(orbit.camera(view.fov_y_deg.to_radians(), aonet::Size::new(view.width, view.height)?, view.near)?)
+    let Some(orbit) = orbit else { return view.clone() };
+    let (eye, target) = (orbit.eye().to_array(), orbit.target.to_array());
+    View { eye, target, up: [0.0, 1.0, 0.0], ortho_height: None, ..view.clone() }
 }

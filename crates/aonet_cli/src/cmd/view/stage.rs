@@ -39,6 +39,7 @@ impl Stage {
         .load()?;
         view.radius = args.radius.unwrap_or(view.radius);
         view.params()?;
+        let view = args.surround.applied(view)?;
         let split = if second.is_some() { args.split } else { 1.0 };
         Ok(Self { tracer, view, methods: [first, second.unwrap_or(first)], split, show, way })
     }
