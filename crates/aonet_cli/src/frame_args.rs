@@ -17,6 +17,10 @@ use std::time::Instant;
 pub(crate) struct FrameArgs {
     /// G-buffer (EXR).
     frame: PathBuf,
+    /// Second layer: the depth, and normals if there are some, of another EXR of the same camera and size, rendered without
+    /// the objects in front [default: the frame's channels second.depth and second.normal.X/Y/Z].
+    #[arg(long, value_name = "FILE.exr")]
+    second: Option<PathBuf>,
     /// File to write. AO: .exr (32-bit) or .png (16-bit grey), linear; a gallery: .png.
     #[arg(short, long)]
     output: PathBuf,
@@ -53,7 +57,10 @@ impl FrameArgs {
         let view = self.view.as_deref().map(View::load).transpose()?;
         let given = self.radius.map(AoParams::new).transpose().context("--radius")?;
         let hints = FrameHints { view, fov_y_deg: self.fov_y, radius: self.radius, ..FrameHints::default() };
-        let frame = Frame::load(&self.frame, &hints)?;
+        let frame = match &self.second {
+            Some(second) => Frame::load_with_second(&self.frame, second, &hints)?,
+            None => Frame::load(&self.frame, &hints)?,
+        };
         let params = match (given, frame.radius, fallback) {
             (Some(params), _, _) => params,
             (None, Some(radius), _) => {

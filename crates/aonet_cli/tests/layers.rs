@@ -61,3 +61,34 @@ fn impossible_layers_are_refused() {
         assert!(!desk.path().join("frame.exr").exists() && !desk.path().join("made").exists());
     }
 }
+
+/// A second layer can come from another file: here from the same scene behind a near plane.
+#[test]
+fn a_second_file_is_read_by_every_command_that_reads_frames() {
+    let desk = desk();
+    let desk = desk.path();
+    ok(desk, &format!("render {SCENE} --view view.json --margin 0.25 -o first.exr"));
+    let view = std::fs::read_to_string(desk.join("view.json")).unwrap();
+    std::fs::write(desk.join("cut.json"), view.replacen('{', r#"{"near":5.5,"#, 1)).unwrap();
+    ok(desk, &format!("render {SCENE} --view cut.json --margin 0.25 -o behind.exr"));
+    let info = json(desk, "info first.exr --second behind.exr --json");
+    assert_eq!(info["second_layer"], true);
+    let share = info["second_share"].as_f64().unwrap();
+    assert!(share > 0.01 && share < info["foreground_share"].as_f64().unwrap(), "{info}");
+    for command in ["infer first.exr", "classic agtao first.exr"] {
+        ok(desk, &format!("{command} --second behind.exr -o ao.exr"));
+    }
+    ok(desk, &format!("render {SCENE} --view view.json -o narrow.exr"));
+    std::fs::write(desk.join("broken.exr"), "no image").unwrap();
+    for (line, words) in [
+        ("infer behind.exr --second first.exr -o x.exr", ["first.exr", "second depth at"]),
+        ("infer first.exr --second narrow.exr -o x.exr", ["narrow.exr", "48x32"]),
+        ("classic ssao first.exr --second broken.exr -o x.exr", ["broken.exr", "EXR"]),
+        ("info first.exr --second absent.exr", ["absent.exr", ""]),
+        ("info view.json --second behind.exr", ["--second", "view.json"]),
+    ] {
+        let message = refusal(&aonet(desk, line).output().unwrap());
+        assert!(words.iter().all(|word| message.contains(word)), "{line}: {message}");
+        assert!(!desk.join("x.exr").exists());
+    }
+}

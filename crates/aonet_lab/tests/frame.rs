@@ -169,3 +169,83 @@ fn reference_frames_load() {
     assert!(mean > 0.3 && mean < 1.0, "{mean}");
     assert_eq!((by_view.radius, by_angle.radius), (Some(1.0), None));
 }
+
+/// A folder with a frame, and a second file beside it.
+struct Pair {
+    folder: tempfile::TempDir,
+    first: Frame,
+}
+
+impl Pair {
+    fn new() -> Self {
+        let (folder, first) = (tempfile::tempdir().unwrap(), frame(16, 8));
+        first.save(&folder.path().join("first.exr")).unwrap();
+        Self { folder, first }
+    }
+
+    /// The frame with a second file, whose depths are those of the frame after `depth`.
+    fn with(&self, depth: impl Fn(usize, f32) -> f32) -> aonet_scene::Result<Frame> {
+        let first = &self.first.gbuffer;
+        let depths: Vec<f32> = first.depth().iter().enumerate().map(|(i, d)| depth(i, *d)).collect();
+        let facing = |n: &[f32; 3]| if *n == [0.0; 3] { [0.0, 0.0, 1.0] } else { *n };
+        let normals: Vec<_> = first.normal().iter().map(facing).collect();
+        let gbuffer = GBuffer::new(*first.camera(), depths, normals).unwrap();
+        self.with_frame(&Frame { gbuffer, geo_normal: None, ao: None, ..self.first.clone() })
+    }
+
+    fn with_frame(&self, second: &Frame) -> aonet_scene::Result<Frame> {
+        self.with_bytes(&second.to_bytes().unwrap())
+    }
+
+    fn with_bytes(&self, bytes: &[u8]) -> aonet_scene::Result<Frame> {
+        let path = |name: &str| self.folder.path().join(name);
+        std::fs::write(path("second.exr"), bytes).unwrap();
+        Frame::load_with_second(&path("first.exr"), &path("second.exr"), &FrameHints::default())
+    }
+}
+
+#[test]
+fn a_second_file_is_the_second_layer() {
+    let pair = Pair::new();
+    // Equal depths are allowed: where nothing was hidden both files show the same surface.
+    let found = pair.with(|i, d| d + (i % 3) as f32).unwrap();
+    let second = found.gbuffer.second().unwrap();
+    for (i, first) in pair.first.gbuffer.depth().iter().enumerate() {
+        assert_eq!(second.depth[i], first + (i % 3) as f32, "{i}");
+    }
+    let (normal, expected) = (second.normal.as_ref().unwrap(), pair.first.gbuffer.normal());
+    let apart = normal.iter().flatten().zip(expected.iter().flatten()).map(|(a, b)| (a - b).abs());
+    assert!(apart.fold(0.0, f32::max) <= 2.0 * HALF_STEP);
+    assert_eq!((found.ao.is_some(), found.radius), (true, Some(0.7)));
+    // The layers of a file with both are its own until another file is given.
+    let again = Frame::from_bytes(&found.to_bytes().unwrap(), &FrameHints::default()).unwrap();
+    assert_eq!(again.gbuffer.second().unwrap().depth, second.depth);
+    let rounded = pair.with(|_, d| d * 0.99999).unwrap();
+    assert_eq!(rounded.gbuffer.second().unwrap().depth, pair.first.gbuffer.depth());
+    // Nothing behind anything.
+    let none = pair.with(|_, _| f32::INFINITY).unwrap();
+    assert!(none.gbuffer.second().unwrap().depth.iter().all(|d| d.is_infinite()));
+}
+
+#[test]
+fn second_files_that_do_not_fit_are_refused_with_their_name() {
+    let pair = Pair::new();
+    let refused = |found: aonet_scene::Result<Frame>, words: &[&str]| {
+        let message = found.unwrap_err().to_string();
+        assert!(words.iter().all(|word| message.contains(word)), "{words:?}: {message}");
+    };
+    let in_front = pair.with(|i, d| if i == 21 { 0.999 * d } else { d });
+    refused(in_front, &["second.exr", "second depth at (5, 1)", "at least the first depth"]);
+    // The first layer shows the background there.
+    refused(pair.with(|i, d| if i == 3 { 9.0 } else { d }), &["second.exr", "(3, 0)"]);
+    refused(pair.with_frame(&frame(16, 9)), &["second.exr", "16x8", "16x9"]);
+    let margin = Margin { x: 2, y: 1 };
+    let wide = frame(16, 8).gbuffer.with_margin(margin).unwrap();
+    let wide = Frame { gbuffer: wide, geo_normal: None, ao: None, radius: None, view: None };
+    refused(pair.with_frame(&wide), &["second.exr", "16x8"]);
+    refused(pair.with_bytes(b"no image"), &["second.exr"]);
+    let path = pair.folder.path();
+    let absent =
+        Frame::load_with_second(&path.join("first.exr"), &path.join("no.exr"), &FrameHints::default());
+    refused(absent, &["no.exr"]);
+}

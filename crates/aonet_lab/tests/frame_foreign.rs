@@ -343,3 +343,67 @@ fn integers_and_subsampling_are_refused() {
     let message = Frame::from_bytes(&bytes, &hints()).unwrap_err().to_string();
     assert!(message.contains("subsampling"), "{message}");
 }
+
+/// A frame with a second file that has these channels.
+fn with_second(
+    first: Vec<AnyChannel<FlatSamples>>,
+    second: Vec<AnyChannel<FlatSamples>>,
+    hints: &FrameHints,
+) -> std::result::Result<Frame, String> {
+    let folder = tempfile::tempdir().unwrap();
+    let [a, b] = [("first.exr", first), ("second.exr", second)].map(|(name, channels)| {
+        let path = folder.path().join(name);
+        std::fs::write(&path, file(channels)).unwrap();
+        path
+    });
+    Frame::load_with_second(&a, &b, hints).map_err(|error| error.to_string())
+}
+
+#[test]
+fn second_files_may_be_blenders_or_depth_alone() {
+    let first = || blender("View Layer", "Depth.Z");
+    let camera = view().camera().unwrap();
+    let (depth, normal) = pixels(&camera);
+    let same = with_second(first(), first(), &hints()).unwrap().gbuffer;
+    let second = same.second().unwrap();
+    assert_eq!(second.depth, same.depth());
+    for (found, expected) in second.normal.as_ref().unwrap().iter().zip(&normal) {
+        assert!(Vec3::from(*found).distance(Vec3::from(*expected)) < 1e-5, "{found:?} {expected:?}");
+    }
+    // 1e10 is Blender's background.
+    let behind: Vec<f32> =
+        depth.iter().enumerate().map(|(i, d)| if i % 3 == 0 { 1e10 } else { d + 1.0 }).collect();
+    let alone = with_second(first(), vec![channel("Z", behind)], &hints()).unwrap().gbuffer;
+    let second = alone.second().unwrap();
+    assert!(second.normal.is_none());
+    for (i, (found, first)) in second.depth.iter().zip(&depth).enumerate() {
+        let expected = if i % 3 == 0 { f32::INFINITY } else { first + 1.0 };
+        assert_eq!(*found, expected, "{i}");
+    }
+}
+
+#[test]
+fn second_files_without_sense_are_refused() {
+    let first = || blender("View Layer", "Depth.Z");
+    let camera = view().camera().unwrap();
+    let (depth, normal) = pixels(&camera);
+    let mut torn = depth.clone();
+    torn[38] = f32::NAN;
+    let colours: Vec<_> = normal.iter().map(|n| n.map(|c| 0.5 * c + 0.5)).collect();
+    let names = ["normal.X", "normal.Y", "normal.Z"];
+    let with_colours = [vec![channel("depth", depth.clone())], vector(names, &colours)].concat();
+    for (channels, word) in [
+        (vec![channel("Z", torn)], "second depth at (1, 1)"),
+        (vec![channel("height", depth.clone())], "height"),
+        (vec![channel("Z", vec![0.0; depth.len()])], "at least the first depth"),
+        (with_colours, "colours"),
+    ] {
+        let message = with_second(first(), channels, &hints()).unwrap_err();
+        assert!(message.contains(word) && message.contains("second.exr"), "{word}: {message}");
+    }
+    // Without a view the frame is in view space, and normals in world space cannot be turned.
+    let in_view_space = [vec![channel("depth", depth)], vector(names, &normal)].concat();
+    let no_view = FrameHints { fov_y_deg: Some(47.0), ..FrameHints::default() };
+    let message = with_second(in_view_space, first(), &no_view).unwrap_err();
+    assert!(message.contains("world space") && message.contains("second.exr"), "{message}");
+}

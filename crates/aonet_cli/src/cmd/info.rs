@@ -1,7 +1,7 @@
 //! `aonet info`: what a file is.
 
 use crate::{output, setup};
-use anyhow::Result;
+use anyhow::{Result, bail};
 use aonet::AoImage;
 use aonet_lab::ao_file::load_ao;
 use aonet_lab::dataset::{Manifest, Split};
@@ -21,6 +21,9 @@ use std::path::{Path, PathBuf};
 pub(crate) struct Args {
     /// .safetensors, .exr, .png, .json, .glb, .gltf, a dataset's folder, or procedural:KIND:SEED.
     file: String,
+    /// For a frame: second layer from another EXR of the same size, as `aonet infer` reads it.
+    #[arg(long, value_name = "FILE.exr")]
+    second: Option<PathBuf>,
     /// Print JSON.
     #[arg(long)]
     json: bool,
@@ -31,8 +34,10 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     let path = Path::new(&args.file);
     let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
     let facts = match extension.to_str().unwrap_or_default() {
+        "exr" if args.second.is_some() => frame(path, args.second.as_deref())?,
+        _ if args.second.is_some() => bail!("--second needs a frame (.exr), not {}", args.file),
         "safetensors" => model(path)?,
-        "exr" => frame(path).or_else(|why| match ao(path) {
+        "exr" => frame(path, None).or_else(|why| match ao(path) {
             Ok(mut facts) => {
                 facts["not_a_frame"] = json!(format!("{why:#}"));
                 Ok(facts)
@@ -80,18 +85,26 @@ fn model(path: &Path) -> Result<Value> {
     }))
 }
 
-fn frame(path: &Path) -> Result<Value> {
+fn frame(path: &Path, second: Option<&Path>) -> Result<Value> {
+    let load = |hints: &FrameHints| match second {
+        Some(second) => Frame::load_with_second(path, second, hints),
+        None => Frame::load(path, hints),
+    };
     // Only the camera depends on the field of view; 60 degrees stands in for one that is unknown.
-    let known = Frame::load(path, &FrameHints::default());
+    let known = load(&FrameHints::default());
     let camera_known = known.is_ok();
     let hints = FrameHints { fov_y_deg: Some(60.0), ..FrameHints::default() };
-    let frame = known.or_else(|_| Frame::load(path, &hints))?;
+    let frame = known.or_else(|_| load(&hints))?;
     let (size, margin) = (frame.gbuffer.window().size(), frame.gbuffer.window().margin());
     let depth = frame.gbuffer.depth();
+    let behind = frame.gbuffer.second().map(|second| {
+        second.depth.iter().filter(|d| d.is_finite()).count() as f64 / second.depth.len() as f64
+    });
     let finite = || depth.iter().copied().filter(|d| d.is_finite());
     Ok(json!({
         "kind": "frame", "width": size.width(), "height": size.height(),
         "margin": { "x": margin.x, "y": margin.y }, "second_layer": frame.gbuffer.second().is_some(),
+        "second_share": behind,
         "camera_known": camera_known, "view": frame.view, "radius": frame.radius,
         "foreground_share": finite().count() as f64 / depth.len() as f64,
         "depth_min": finite().fold(f32::INFINITY, f32::min), "depth_max": finite().fold(0.0, f32::max),

@@ -32,39 +32,73 @@ pub(super) struct Layout {
     pub(super) space: NormalSpace,
 }
 
+/// Channels with the layers in front of their names and their meanings.
+struct Roles<'a> {
+    channels: &'a [Channel],
+    found: Vec<(String, Role, &'a Channel)>,
+    /// The layer of the first normal.
+    layer: Option<String>,
+}
+
+impl<'a> Roles<'a> {
+    fn of(channels: &'a [Channel]) -> Self {
+        let found: Vec<_> =
+            channels.iter().filter_map(|c| role(&c.name).map(|(layer, role)| (layer, role, c))).collect();
+        let layer =
+            found.iter().find(|(_, role, _)| *role == Role::Normal(0)).map(|(layer, ..)| layer.clone());
+        Self { channels, found, layer }
+    }
+
+    /// The channel with a meaning, if possible in the layer of the first normal.
+    fn channel(&self, wanted: Role) -> Option<Channel> {
+        let mut of_role = self.found.iter().filter(|(_, role, _)| *role == wanted);
+        of_role
+            .clone()
+            .find(|(layer, ..)| Some(layer) == self.layer.as_ref())
+            .or(of_role.next())
+            .map(|(.., c)| (*c).clone())
+    }
+
+    fn vector(&self, role: fn(usize) -> Role) -> Option<[Channel; 3]> {
+        Some([self.channel(role(0))?, self.channel(role(1))?, self.channel(role(2))?])
+    }
+
+    /// # Errors
+    /// When there is none; lists accepted and found names.
+    fn depth(&self) -> Result<Channel> {
+        let missing = || self.missing("depth (or Z, depth.Z, LAYER.Depth.Z, …)");
+        self.channel(Role::Depth).ok_or_else(missing)
+    }
+
+    fn missing(&self, expected: &str) -> Error {
+        Error::format("channels", expected, list(self.channels))
+    }
+
+    /// Space of the normals, as far as names determine it.
+    fn space(&self) -> NormalSpace {
+        match self.layer.as_ref().is_some_and(|layer| !layer.is_empty()) {
+            true => NormalSpace::BlenderWorld,
+            false => NormalSpace::View,
+        }
+    }
+}
+
 impl Layout {
     /// # Errors
     /// When depth or normals are missing; lists accepted and found names.
     pub(super) fn find(channels: &[Channel]) -> Result<Self> {
-        let roles: Vec<_> =
-            channels.iter().filter_map(|c| role(&c.name).map(|(layer, role)| (layer, role, c))).collect();
-        let layer =
-            roles.iter().find(|(_, role, _)| *role == Role::Normal(0)).map(|(layer, ..)| layer.as_str());
-        let in_layer = |wanted: Role| {
-            let mut of_role = roles.iter().filter(|(_, role, _)| *role == wanted);
-            of_role
-                .clone()
-                .find(|(l, ..)| Some(l.as_str()) == layer)
-                .or(of_role.next())
-                .map(|(.., c)| (*c).clone())
-        };
-        let vector =
-            |role: fn(usize) -> Role| Some([in_layer(role(0))?, in_layer(role(1))?, in_layer(role(2))?]);
-        let missing = |expected: &str| Error::format("channels", expected, list(channels));
+        let roles = Roles::of(channels);
         Ok(Self {
-            normal: vector(Role::Normal)
-                .ok_or_else(|| missing("normal.X, normal.Y and normal.Z (or N.X, LAYER.Normal.X, …)"))?,
-            depth: in_layer(Role::Depth).ok_or_else(|| missing("depth (or Z, depth.Z, LAYER.Depth.Z, …)"))?,
-            geo_normal: vector(Role::GeoNormal),
-            ao: in_layer(Role::Ao),
-            mask: in_layer(Role::Mask),
-            second_depth: in_layer(Role::SecondDepth),
-            second_normal: vector(Role::SecondNormal),
-            space: if layer.is_some_and(|l| !l.is_empty()) {
-                NormalSpace::BlenderWorld
-            } else {
-                NormalSpace::View
-            },
+            normal: roles.vector(Role::Normal).ok_or_else(|| {
+                roles.missing("normal.X, normal.Y and normal.Z (or N.X, LAYER.Normal.X, …)")
+            })?,
+            depth: roles.depth()?,
+            geo_normal: roles.vector(Role::GeoNormal),
+            ao: roles.channel(Role::Ao),
+            mask: roles.channel(Role::Mask),
+            second_depth: roles.channel(Role::SecondDepth),
+            second_normal: roles.vector(Role::SecondNormal),
+            space: roles.space(),
         })
     }
 
@@ -98,6 +132,71 @@ impl Layout {
     }
 }
 
+/// The channels of a file whose first layer is the second layer of a frame.
+pub(super) struct SecondLayout {
+    depth: Channel,
+    normal: Option<[Channel; 3]>,
+    mask: Option<Channel>,
+    /// Space of the normals, as far as names determine it.
+    pub(super) space: NormalSpace,
+}
+
+impl SecondLayout {
+    /// # Errors
+    /// When depth is missing; lists accepted and found names.
+    pub(super) fn find(channels: &[Channel]) -> Result<Self> {
+        let roles = Roles::of(channels);
+        let (normal, mask) = (roles.vector(Role::Normal), roles.channel(Role::Mask));
+        Ok(Self { depth: roles.depth()?, normal, mask, space: roles.space() })
+    }
+
+    /// Reads depth, infinite on the background, and normals, if there are some.
+    ///
+    /// # Errors
+    /// When the channels are damaged or stored in an unsupported way.
+    pub(super) fn read(&self, file: ExrFile, window: Window) -> Result<SecondPixels> {
+        let mut wanted = vec![(self.depth.clone(), f32::INFINITY)];
+        wanted.extend(self.normal.iter().flatten().map(|c| (c.clone(), 0.0)));
+        wanted.extend(self.mask.iter().map(|c| (c.clone(), 0.0)));
+        let mut planes = file.planes_of(window, &wanted)?.into_iter();
+        let mut plane = || planes.next().expect("a plane for each wanted channel");
+        let mut depth = plane();
+        let normal = self.normal.as_ref().map(|_| interleave([plane(), plane(), plane()]));
+        let mask = self.mask.as_ref().map(|_| plane());
+        let background = Background { mask: mask.as_deref(), normal: normal.as_deref() };
+        background.clear(&mut depth, far_away(&self.depth));
+        Ok(SecondPixels { depth, normal })
+    }
+}
+
+/// HxW values of a second layer; normals are as stored.
+pub(super) struct SecondPixels {
+    pub(super) depth: Vec<f32>,
+    pub(super) normal: Option<Vec<[f32; 3]>>,
+}
+
+/// What a file says about the background.
+struct Background<'a> {
+    mask: Option<&'a [f32]>,
+    normal: Option<&'a [[f32; 3]]>,
+}
+
+impl Background<'_> {
+    /// Makes the depth infinite on the background, which begins at the depth `far_away`.
+    fn clear(&self, depth: &mut [f32], far_away: f32) {
+        for (i, depth) in depth.iter_mut().enumerate() {
+            let hidden = match (self.mask, self.normal) {
+                (Some(mask), _) => mask[i] < 0.5,
+                (None, Some(normal)) => normal[i] == [0.0; 3],
+                (None, None) => false,
+            };
+            if hidden || *depth >= far_away {
+                *depth = f32::INFINITY;
+            }
+        }
+    }
+}
+
 /// HxW values of a file, as stored.
 pub(super) struct Pixels {
     pub(super) depth: Vec<f32>,
@@ -113,15 +212,8 @@ pub(super) struct Pixels {
 impl Pixels {
     /// Makes the depth infinite on the background.
     pub(super) fn find_background(&mut self) {
-        for (i, depth) in self.depth.iter_mut().enumerate() {
-            let hidden = match &self.mask {
-                Some(mask) => mask[i] < 0.5,
-                None => self.normal[i] == [0.0; 3],
-            };
-            if hidden || *depth >= self.far_away {
-                *depth = f32::INFINITY;
-            }
-        }
+        let background = Background { mask: self.mask.as_deref(), normal: Some(&self.normal) };
+        background.clear(&mut self.depth, self.far_away);
         if let Some(second) = &mut self.second {
             let pixels = second.depth.to_mut().iter_mut().zip(&self.depth);
             pixels.filter(|(_, first)| **first == f32::INFINITY).for_each(|(d, _)| *d = f32::INFINITY);

@@ -19,6 +19,7 @@
 mod camera;
 pub(crate) mod channels;
 mod normals;
+mod second;
 
 use crate::exr_file::{self, ExrFile, Plane};
 use aonet::{AoImage, AoParams, GBuffer, Window};
@@ -43,6 +44,12 @@ pub struct Frame {
     pub radius: Option<f32>,
     /// The view of the frame, if known.
     pub view: Option<View>,
+}
+
+/// A frame, and whether the camera's position in the world is known.
+struct Posed {
+    frame: Frame,
+    has_pose: bool,
 }
 
 /// Values that a frame's file lacks or has wrong.
@@ -86,19 +93,36 @@ impl Frame {
         Self::from_bytes(&bytes, hints).map_err(Error::in_file(path))
     }
 
+    /// [`Frame::load`] with the visible surfaces of another file as second layer, instead of the frame's own: a frame of the
+    /// same camera and scene without the objects in front. That file needs a depth; normals are optional.
+    /// Where both files show the same surface, depths may differ by rounding.
+    ///
+    /// # Errors
+    /// As [`Frame::load`]; and when the other file has no depth, is of another size, shows something in front of the first
+    /// layer, or has a depth or a normal that is invalid.
+    pub fn load_with_second(path: &Path, second: &Path, hints: &FrameHints) -> Result<Self> {
+        let bytes = std::fs::read(path).map_err(Error::io(path))?;
+        let Posed { frame, has_pose } = Self::read(&bytes, hints).map_err(Error::in_file(path))?;
+        let bytes = std::fs::read(second).map_err(Error::io(second))?;
+        let layer = second::read(&bytes, (&frame.gbuffer, has_pose), hints);
+        let with_second = layer.and_then(|layer| frame.gbuffer.with_second(layer));
+        Ok(Self { gbuffer: with_second.map_err(Error::in_file(second))?, ..frame })
+    }
+
     /// [`Frame::load`] from the bytes of a file.
     ///
     /// # Errors
     /// As [`Frame::load`], without the file's name.
     pub fn from_bytes(bytes: &[u8], hints: &FrameHints) -> aonet::Result<Self> {
+        Ok(Self::read(bytes, hints)?.frame)
+    }
+
+    fn read(bytes: &[u8], hints: &FrameHints) -> aonet::Result<Posed> {
         let file = ExrFile::open(bytes)?;
         let layout = Layout::find(file.channels())?;
         let seen = camera::resolve(&file, hints)?;
         let space = hints.normals.unwrap_or(layout.space);
-        if space != NormalSpace::View && !seen.has_pose {
-            let expected = "a view, because the file's normals are in world space";
-            return Err(aonet::Error::value("camera", expected, "none"));
-        }
+        normals::check_pose(space, seen.has_pose)?;
         let window = file.window();
         let camera = seen.camera.with_margin(window.margin())?;
         let mut pixels = layout.read(file, window)?;
@@ -119,7 +143,8 @@ impl Frame {
             AoImage::new(window.size(), window.cropped(ao))
         });
         let radius = seen.radius.map(AoParams::new).transpose()?.map(|params| params.radius());
-        Ok(Self { gbuffer, geo_normal, ao: ao.transpose()?, radius, view: seen.view })
+        let frame = Self { gbuffer, geo_normal, ao: ao.transpose()?, radius, view: seen.view };
+        Ok(Posed { frame, has_pose: seen.has_pose })
     }
 
     /// Writes a frame under a temporary name, then renames it.

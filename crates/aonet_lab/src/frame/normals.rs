@@ -14,6 +14,16 @@ pub enum NormalSpace {
     BlenderWorld,
 }
 
+/// # Errors
+/// When normals are in world space and the camera's position in the world is not known.
+pub(super) fn check_pose(space: NormalSpace, has_pose: bool) -> Result<()> {
+    if space == NormalSpace::View || has_pose {
+        return Ok(());
+    }
+    let expected = "a view, because the file's normals are in world space";
+    Err(Error::value("camera", expected, "none"))
+}
+
 /// The same normals in view space; zero where `depth` is infinite.
 ///
 /// Blender's are averages over the samples of a pixel, so they are brought back to unit length.
