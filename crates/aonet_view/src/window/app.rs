@@ -247,6 +247,13 @@ mod tests {
             live.until("traced at its size", |app| samples(app) >= 2);
         }
 
+        let view = &mut live.app.viewer.view;
+        (view.margin, view.separation) = (0.25, Some(0.1));
+        live.until("drawn with a guard band", |app| {
+            app.screen.as_ref().is_some_and(|s| s.renderer.window().has_margin())
+        });
+        live.until("traced with a guard band", |app| samples(app) >= 2);
+
         live.ask(input::Request::Score);
         live.until("scored", |app| app.viewer.message.contains("GTAO: SSIM"));
 
