@@ -5,6 +5,7 @@
 //! and without allocating.
 
 pub(crate) mod agtao;
+pub(crate) mod arcs;
 mod cubic;
 mod denoise;
 pub mod gpu;
@@ -24,6 +25,7 @@ mod slice;
 pub(crate) mod ssao;
 pub(crate) mod ssdo;
 mod stride;
+mod surfels;
 #[cfg(test)]
 mod tests;
 pub(crate) mod vbao;
@@ -42,6 +44,7 @@ pub(crate) use screen::Screen;
 use serde::{Deserialize, Serialize};
 
 pub use agtao::AgtaoParams;
+pub use arcs::ArcsParams;
 pub use gtao::GtaoParams;
 pub use hbao::HbaoParams;
 pub use nnao_taps::NnaoParams;
@@ -71,6 +74,8 @@ pub enum Classic {
     Vbao(VbaoParams),
     /// GTAO that attenuates every occluder by its own distance: ours.
     Agtao(AgtaoParams),
+    /// Connected arcs, which read the second layer: ours.
+    Arcs(ArcsParams),
 }
 
 /// Runs `$body` with `$params` bound to whatever parameters `$method` has.
@@ -84,6 +89,7 @@ macro_rules! each {
             Classic::Gtao($params) => $body,
             Classic::Vbao($params) => $body,
             Classic::Agtao($params) => $body,
+            Classic::Arcs($params) => $body,
         }
     };
 }
@@ -99,6 +105,7 @@ impl Classic {
             Self::Gtao(GtaoParams::default()),
             Self::Vbao(VbaoParams::default()),
             Self::Agtao(AgtaoParams::default()),
+            Self::Arcs(ArcsParams::default()),
         ]
     }
 
@@ -136,7 +143,7 @@ impl Classic {
         match self {
             Self::Gtao(p) => quality(&GtaoParams::QUALITY).map(|cost| (p.slices, p.steps) = cost).is_some(),
             Self::Vbao(p) => quality(&VbaoParams::QUALITY).map(|cost| (p.slices, p.steps) = cost).is_some(),
-            Self::Ssao(_) | Self::Hbao(_) | Self::Ssdo(_) | Self::Nnao(_) | Self::Agtao(_) => false,
+            Self::Ssao(_) | Self::Hbao(_) | Self::Ssdo(_) | Self::Nnao(_) | Self::Agtao(_) | Self::Arcs(_) => false,
         }
     }
 
@@ -150,6 +157,7 @@ impl Classic {
             Self::Gtao(_) => "gtao",
             Self::Vbao(_) => "vbao",
             Self::Agtao(_) => "agtao",
+            Self::Arcs(_) => "arcs",
         }
     }
 
@@ -195,6 +203,7 @@ impl Classic {
             Self::Gtao(p) => p.slices * p.steps * 2,
             Self::Vbao(p) => p.slices * p.steps * 2,
             Self::Agtao(p) => p.slices * p.steps * 2,
+            Self::Arcs(p) => p.slices * p.steps * 2,
         }
     }
 

@@ -1,6 +1,7 @@
 //! A classic method ready to run on the CPU at one size.
 
 use super::agtao::{Agtao, AgtaoParams};
+use super::arcs::{Arcs, ArcsParams};
 use super::denoise::{Denoise, Filter};
 use super::gtao::{Gtao, GtaoParams};
 use super::hbao::{Hbao, HbaoParams};
@@ -11,6 +12,7 @@ use super::pyramid::Pyramid;
 use super::screen::Screen;
 use super::ssao::{Ssao, SsaoParams};
 use super::ssdo::{Ssdo, SsdoParams};
+use super::surfels::Surfels;
 use super::vbao::{Vbao, VbaoParams};
 use super::{Classic, NNAO_WEIGHTS, PixelMethod, Rows};
 use crate::error::{Error, Result};
@@ -60,6 +62,7 @@ enum Prepared {
     Gtao(GtaoParams, Pyramid),
     Vbao(VbaoParams),
     Agtao(AgtaoParams),
+    Arcs(ArcsParams, Surfels),
 }
 
 impl Prepared {
@@ -76,6 +79,7 @@ impl Prepared {
             Classic::Gtao(p) => Self::Gtao(p, Pyramid::new(size, p.depth_levels, p.depth_offset)?),
             Classic::Vbao(p) => Self::Vbao(p),
             Classic::Agtao(p) => Self::Agtao(p),
+            Classic::Arcs(p) => Self::Arcs(p, Surfels::new(size)?),
         })
     }
 }
@@ -125,18 +129,23 @@ impl Session {
             }
             Prepared::Vbao(p) => memory.run(screen, &Vbao::new(screen, *p), p.denoise()),
             Prepared::Agtao(p) => memory.run(screen, &Agtao::new(screen, *p), p.denoise()),
+            Prepared::Arcs(p, surfels) => {
+                surfels.fill(screen, &mut memory.workers);
+                memory.run(screen, &Arcs::new(screen, *p, surfels), p.denoise());
+            }
         }
         memory.write(gbuffer, image);
         Ok(())
     }
 
-    /// Bytes of the images and the depth pyramid that the session owns.
+    /// Bytes of the images, the depth pyramid and the packed normals that the session owns.
     pub fn memory_bytes(&self) -> usize {
-        let pyramid = match &self.method {
+        let own = match &self.method {
             Prepared::Gtao(_, pyramid) => pyramid.len(),
+            Prepared::Arcs(_, surfels) => surfels.len(),
             _ => 0,
         };
-        (self.memory.found.len() + self.memory.filtered.len() + pyramid) * size_of::<f32>()
+        (self.memory.found.len() + self.memory.filtered.len() + own) * size_of::<f32>()
     }
 }
 

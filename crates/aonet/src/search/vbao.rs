@@ -132,7 +132,7 @@ fn signed_arc<S: Simd>(slice: &Slice<S>, angle: F<S>) -> F<S> {
 
 /// Bits from `low` up to, not including, `high`; both in 0..=32.
 #[inline(always)]
-fn sectors<S: Simd>(low: U<S>, high: U<S>) -> U<S> {
+pub(crate) fn sectors<S: Simd>(low: U<S>, high: U<S>) -> U<S> {
     let all = u32::MAX.integer_lanes(low.simd());
     (all << low) & (all - (all << high))
 }

@@ -45,7 +45,7 @@ impl Method {
                 pyramid.push(self.surface, params, list);
                 bindings.extend(pyramid.bindings());
             }
-            Classic::Hbao(_) | Classic::Vbao(_) | Classic::Agtao(_) | Classic::Nnao(_) => {}
+            Classic::Hbao(_) | Classic::Vbao(_) | Classic::Agtao(_) | Classic::Arcs(_) | Classic::Nnao(_) => {}
         }
         let shader = shader(self.surface, &self.method)?;
         pixels::push(self.method.name(), shader, &bindings, size, list);
@@ -82,7 +82,7 @@ fn shader(surface: Surface, method: &Classic) -> Result<Shader> {
         Classic::Gtao(params) => gtao::shader(surface, params),
         Classic::Vbao(params) => vbao::shader(surface, params),
         Classic::Agtao(params) => agtao::shader(surface, params),
-        Classic::Nnao(_) => {
+        Classic::Arcs(_) | Classic::Nnao(_) => {
             let expected = "ssao, hbao, ssdo, gtao, vbao or agtao";
             return Err(Error::value("method on a graphics device", expected, method.name()));
         }

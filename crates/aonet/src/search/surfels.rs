@@ -1,0 +1,100 @@
+//! Normals of both layers, one word a pixel, so that a tap reads them with one gather.
+
+use super::screen::Screen;
+use crate::error::Result;
+use crate::frame::size::Size;
+use crate::simd::Simd;
+use crate::simd::aligned::Aligned;
+use crate::simd::integers::U;
+use crate::simd::vector::V3;
+use crate::threads::Workers;
+use glam::Vec3A;
+
+/// Length of an unpacked normal, about. Its components are whole numbers.
+pub(crate) const LENGTH: f32 = 511.0;
+
+/// Packed normals of a frame: HxW for each layer.
+#[derive(Debug)]
+pub(crate) struct Surfels {
+    first: Aligned,
+    second: Aligned,
+}
+
+impl Surfels {
+    /// Memory for frames of one size.
+    ///
+    /// # Errors
+    /// When there is not enough memory.
+    pub(crate) fn new(size: Size) -> Result<Self> {
+        Ok(Self { first: Aligned::zeros(size.pixels())?, second: Aligned::zeros(size.pixels())? })
+    }
+
+    /// Number of values.
+    pub(crate) fn len(&self) -> usize {
+        self.first.len() + self.second.len()
+    }
+
+    /// Packs a frame of this size.
+    pub(crate) fn fill(&mut self, screen: &Screen<'_>, workers: &mut Workers) {
+        let (gbuffer, width) = (screen.gbuffer(), screen.size().width());
+        workers.for_each_band(&mut self.first, width, |band| {
+            let normals = &gbuffer.normal()[band.first * width..];
+            band.values.iter_mut().zip(normals).for_each(|(to, n)| *to = packed(*n));
+        });
+        let Some(second) = gbuffer.second() else { return };
+        workers.for_each_band(&mut self.second, width, |band| {
+            for (i, to) in band.values.iter_mut().enumerate() {
+                *to = packed(normal_of_depth(screen, &second.depth, band.first * width + i));
+            }
+        });
+    }
+
+    /// The words of a layer, 0 or 1.
+    pub(crate) fn layer(&self, layer: usize) -> &[f32] {
+        [&self.first, &self.second][layer]
+    }
+}
+
+/// Ten bits for each component of a unit vector, in the bits of a float.
+pub(crate) fn packed(normal: [f32; 3]) -> f32 {
+    let [x, y, z] = normal.map(|c| (c.clamp(-1.0, 1.0) * LENGTH + LENGTH).round() as u32);
+    f32::from_bits(x << 20 | y << 10 | z)
+}
+
+/// A packed normal, [`LENGTH`] times as long.
+#[inline(always)]
+pub(crate) fn unpacked<S: Simd>(word: U<S>) -> V3<S> {
+    V3 {
+        x: (word >> 20).float() - LENGTH,
+        y: ((word >> 10) & 1023).float() - LENGTH,
+        z: (word & 1023).float() - LENGTH,
+    }
+}
+
+/// Unit normal of the surface through a pixel and its nearer neighbours in depth, towards the viewer; zero on the background.
+fn normal_of_depth(screen: &Screen<'_>, depth: &[f32], i: usize) -> [f32; 3] {
+    let (width, height) = (screen.size().width(), screen.size().height());
+    let (x, y, here) = (i % width, i / width, depth[i]);
+    if here == f32::INFINITY {
+        return [0.0; 3];
+    }
+    let camera = screen.gbuffer().camera();
+    let place = |x: usize, y: usize| camera.position_view(x, y, depth[y * width + x]);
+    // From the pixel's left or upper neighbour to the pixel, or from the pixel to the other one.
+    let step = |before: Option<(usize, usize)>, after: Option<(usize, usize)>| {
+        let change = |(x, y): (usize, usize)| (depth[y * width + x] - here).abs();
+        let [b, a] = [before, after].map(|at| at.map_or(f32::INFINITY, change));
+        match (before, after) {
+            (Some(at), _) if b <= a && b.is_finite() => Some(place(x, y) - place(at.0, at.1)),
+            (_, Some(at)) if a.is_finite() => Some(place(at.0, at.1) - place(x, y)),
+            _ => None,
+        }
+    };
+    let across = step((x > 0).then(|| (x - 1, y)), (x + 1 < width).then_some((x + 1, y)));
+    let down = step((y > 0).then(|| (x, y - 1)), (y + 1 < height).then_some((x, y + 1)));
+    let normal = match (across, down) {
+        (Some(across), Some(down)) => down.cross(across).normalize_or(Vec3A::Z),
+        _ => Vec3A::Z,
+    };
+    normal.to_array()
+}
