@@ -139,7 +139,7 @@ impl<'a> GBuffer<'a> {
         &self.normal
     }
 
-    /// What lies behind, where it is known. No method reads it yet.
+    /// What lies behind, where it is known. [`Classic::Arcs`](crate::search::Classic::Arcs) reads it.
     pub fn second(&self) -> Option<&SecondLayer<'a>> {
         self.second.as_ref()
     }

@@ -21,19 +21,24 @@ use std::f32::consts::PI;
 /// Taps on each side of a slice at most.
 const MOST_STEPS: usize = 64;
 /// Two taps are on one surface if the plane of either misses the other by less than this share of the step on the plane.
-const CONNECTED: f32 = 0.7;
+pub(crate) const CONNECTED: f32 = 0.7;
 /// Least cosine between a tap's normal and its ray that its plane is followed at. guess
-const MOST_GRAZING: f32 = 0.05;
+pub(crate) const MOST_GRAZING: f32 = 0.05;
 /// Occluders nearer than this share of the AO radius are near ones.
-const NEAR: f32 = 0.4;
+pub(crate) const NEAR: f32 = 0.4;
+
+/// How many steps back a tap looks for its surface. With two layers it may have been hidden in between.
+pub(crate) const fn earlier_steps(layers: usize) -> usize {
+    if layers == 1 { 1 } else { 2 }
+}
 
 filtered_params! {
     /// Parameters of connected arcs.
     ArcsParams {
         /// Slices a pixel: less noise.
-        slices: u32 = 2 in 1..=64,
+        slices: u32 = 3 in 1..=64,
         /// Taps on each side of a slice: finds thinner occluders.
-        steps: u32 = 9 in 1..=64,
+        steps: u32 = 8 in 1..=64,
         /// Exponent of the taps' spacing: above 1, more of them lie near the pixel.
         distribution: f32 = 1.4 in 1.0..=4.0,
         /// Occluders lower than so many degrees above the tangent plane do not count: hides coarse meshes.
@@ -205,6 +210,12 @@ impl<S: Simd> Side<'_, S> {
     }
 }
 
+/// Sectors from `low` up to, not including, `high`, where `felt`.
+#[inline(always)]
+fn within<S: Simd>(low: F<S>, high: F<S>, felt: Mask<S>) -> U<S> {
+    felt.select(sectors(low.round(), high.round()).float_of_bits(), 0.0).bits()
+}
+
 impl<'a> Arcs<'a> {
     pub(crate) fn new(screen: &'a Screen<'a>, params: ArcsParams, surfels: &'a Surfels) -> Self {
         let (sin, cos) = params.angle_bias.to_radians().sin_cos();
@@ -223,6 +234,7 @@ impl<'a> Arcs<'a> {
         }
     }
 
+    /// One side of a slice, and its light when nothing occludes.
     #[inline(always)]
     fn side<'s, S: Simd>(
         &self,
@@ -241,25 +253,24 @@ impl<'a> Arcs<'a> {
         (Side { p, slice, sign, across, pixel_size, lowest, scale, dither: dither - 0.5 }, light)
     }
 
-    /// Light that one side of a slice loses.
+    /// Share of its light that one side of a slice loses.
     #[inline(always)]
     fn lost<S: Simd, const LAYERS: usize>(&self, side: &Side<'_, S>, jitter: F<S>) -> F<S> {
         let simd = jitter.simd();
         let none = 0u32.integer_lanes(simd);
         let mut blocked = Blocked { hit: none, near: none, far: none };
         let nothing = Seen { valid: F::new(simd, 1.0).le(0.0), ..side.origin() };
-        let mut before_that = [nothing; LAYERS];
-        let mut before = [nothing; LAYERS];
-        before[0] = side.origin();
+        // The tap before, and the one before that.
+        let mut before = [[nothing; LAYERS]; 2];
+        before[0][0] = side.origin();
         for (k, share) in self.shares[..self.params.steps as usize].iter().enumerate() {
             let pixels = (share.at(jitter) * side.p.radius_px).max(1.0 + k as f32).min(65_536.0);
             let tap = self.tap(side, pixels * side.sign);
             let mut now = [nothing; LAYERS];
-            for layer in 0..LAYERS {
-                now[layer] = self.look(side, &tap, layer, LAYERS, [&before, &before_that], &mut blocked);
+            for (layer, now) in now.iter_mut().enumerate() {
+                *now = self.look(side, &tap, layer, &before, &mut blocked);
             }
-            before_that = before;
-            before = now;
+            before = [now, before[0]];
         }
         let Blocked { hit, near, far } = blocked;
         let near = near & (near - (near & hit));
@@ -286,17 +297,9 @@ impl<'a> Arcs<'a> {
         }
     }
 
-    /// What a tap sees in a layer; blocks the arcs that end there, and what the last layer hides.
+    /// What a tap sees in a layer, and where from the pixel: the surface's place in the slice.
     #[inline(always)]
-    fn look<S: Simd, const LAYERS: usize>(
-        &self,
-        side: &Side<'_, S>,
-        tap: &Tap<S>,
-        layer: usize,
-        layers: usize,
-        before: [&[Seen<S>; LAYERS]; 2],
-        blocked: &mut Blocked<S>,
-    ) -> Seen<S> {
+    fn seen<S: Simd>(&self, side: &Side<'_, S>, tap: &Tap<S>, layer: usize) -> (Seen<S>, V2<S>) {
         let (depths, normals) = self.layers[layer];
         let depth = tap.index.gather(depths);
         let valid = tap.inside & depth.lt(BACKGROUND);
@@ -308,26 +311,37 @@ impl<'a> Arcs<'a> {
         let beside = tap.right.mul_add(normal.x, tap.up * normal.y);
         let depth = depth - self.screen.pixel_size(depth) * beside / facing;
         let offset = side.offset(tap.pixels, depth);
-        let sector = side.sector(offset);
-        let now = Seen { valid, pixels: tap.pixels, depth, normal: turned, sector };
+        (Seen { valid, pixels: tap.pixels, depth, normal: turned, sector: side.sector(offset) }, offset)
+    }
+
+    /// What a tap sees in a layer; blocks the arcs that end there, and hides what is behind the last layer.
+    #[inline(always)]
+    fn look<S: Simd, const LAYERS: usize>(
+        &self,
+        side: &Side<'_, S>,
+        tap: &Tap<S>,
+        layer: usize,
+        before: &[[Seen<S>; LAYERS]; 2],
+        blocked: &mut Blocked<S>,
+    ) -> Seen<S> {
+        let (now, offset) = self.seen(side, tap, layer);
         let radius = self.screen.radius;
         let squared = offset.dot(offset);
-        let felt = valid & squared.le(radius * radius);
-        // Above the tangent plane there is nothing: the common case.
-        let steps = if LAYERS == 1 { 1 } else { 2 };
-        let mut nearest = sector;
-        for step in 0..steps {
-            for which in 0..LAYERS {
-                nearest = nearest.min(before[step][which].sector);
+        let felt = now.valid & squared.le(radius * radius);
+        let before = &before[..earlier_steps(LAYERS)];
+        // Mostly there is nothing above the tangent plane.
+        let mut nearest = now.sector;
+        for step in before {
+            for earlier in step {
+                nearest = nearest.min(earlier.sector);
             }
         }
         if !(felt & nearest.lt(SECTORS - 0.5)).any() {
             return now;
         }
-        let (mut low, mut high) = (sector, sector);
-        for step in 0..steps {
-            for which in 0..LAYERS {
-                let earlier = &before[step][which];
+        let (mut low, mut high) = (now.sector, now.sector);
+        for step in before {
+            for earlier in step {
                 let joined = side.predicts(earlier, &now, tap.ray)
                     | side.predicts(&now, earlier, side.ray(earlier.pixels));
                 let joined = joined & earlier.valid;
@@ -335,12 +349,10 @@ impl<'a> Arcs<'a> {
                 high = joined.select(high.max(earlier.sector), high);
             }
         }
-        let arc = sectors(low.round(), high.round()).float_of_bits();
-        blocked.hit = blocked.hit | felt.select(arc, 0.0).bits();
-        if layer + 1 == layers {
+        blocked.hit = blocked.hit | within(low, high, felt);
+        if layer + 1 == LAYERS {
             let end = side.sector(tap.ray.mul_add(self.behind(tap.ray, offset, squared), offset));
-            let hidden = sectors(sector.min(end).round(), sector.max(end).round()).float_of_bits();
-            let hidden = felt.select(hidden, 0.0);
+            let hidden = within(now.sector.min(end), now.sector.max(end), felt).float_of_bits();
             let near = squared.le((NEAR * radius) * (NEAR * radius));
             blocked.near = blocked.near | near.select(hidden, 0.0).bits();
             blocked.far = blocked.far | near.select(0.0, hidden).bits();
@@ -357,8 +369,9 @@ impl<'a> Arcs<'a> {
         leaves.min(a.rough_inverse_sqrt() * (self.params.thickness * radius))
     }
 
+    /// Share of a pixel's light that is lost.
     #[inline(always)]
-    fn all_slices<S: Simd, const LAYERS: usize>(&self, p: &Pixels<S>, [turn, jitter]: [F<S>; 2]) -> F<S> {
+    fn lost_share<S: Simd, const LAYERS: usize>(&self, p: &Pixels<S>, [turn, jitter]: [F<S>; 2]) -> F<S> {
         let simd = p.x.simd();
         let inverse = 1.0 / self.params.slices as f32;
         let (mut lost, mut open) = (F::new(simd, 0.0), F::new(simd, 0.0));
@@ -382,9 +395,9 @@ impl PixelMethod for Arcs<'_> {
     fn visibility<S: Simd>(&self, p: &Pixels<S>, (x, y): (usize, usize)) -> F<S> {
         let noise = noise_at(p.x.simd(), x, y);
         let lost = if self.layers[1].0.is_empty() {
-            self.all_slices::<S, 1>(p, noise)
+            self.lost_share::<S, 1>(p, noise)
         } else {
-            self.all_slices::<S, 2>(p, noise)
+            self.lost_share::<S, 2>(p, noise)
         };
         power((1.0 - lost).saturate(), self.params.power)
     }

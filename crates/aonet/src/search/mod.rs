@@ -110,7 +110,8 @@ impl Classic {
     }
 
     /// The method of this name with its defaults; `gtao:tuned` with parameters that were found on training frames, and
-    /// `gtao:low` to `gtao:ultra` (also of vbao) with another number of slices and steps.
+    /// `gtao:low` to `gtao:ultra` (also of vbao) with another number of slices and steps; `arcs:deep` with parameters for
+    /// frames with a second layer.
     ///
     /// # Errors
     /// When there is none.
@@ -123,19 +124,21 @@ impl Classic {
         match preset {
             None => Ok(found),
             Some(preset) => found.choose(preset).then_some(found).ok_or_else(|| {
-                Error::value("preset", "tuned; of gtao and vbao also low, medium, high or ultra", name)
+                Error::value(
+                    "preset",
+                    "tuned; of gtao and vbao also low, medium, high or ultra; of arcs also deep",
+                    name,
+                )
             }),
         }
     }
 
     /// Takes a preset's parameters; false where the method has no such preset.
     fn choose(&mut self, preset: &str) -> bool {
-        if preset == "tuned" {
-            let tuned = presets::TUNED.iter().find(|(name, _)| *name == self.name());
-            return tuned.is_some_and(|(_, json)| {
-                *self = presets::method(json);
-                true
-            });
+        let wanted = format!("{}:{preset}", self.name());
+        if let Some((_, json)) = presets::TUNED.iter().find(|(name, _)| *name == wanted) {
+            *self = presets::method(json);
+            return true;
         }
         let quality = |all: &[(&str, u32, u32)]| {
             all.iter().find(|(name, ..)| *name == preset).map(|(_, s, k)| (*s, *k))
@@ -143,7 +146,12 @@ impl Classic {
         match self {
             Self::Gtao(p) => quality(&GtaoParams::QUALITY).map(|cost| (p.slices, p.steps) = cost).is_some(),
             Self::Vbao(p) => quality(&VbaoParams::QUALITY).map(|cost| (p.slices, p.steps) = cost).is_some(),
-            Self::Ssao(_) | Self::Hbao(_) | Self::Ssdo(_) | Self::Nnao(_) | Self::Agtao(_) | Self::Arcs(_) => false,
+            Self::Ssao(_)
+            | Self::Hbao(_)
+            | Self::Ssdo(_)
+            | Self::Nnao(_)
+            | Self::Agtao(_)
+            | Self::Arcs(_) => false,
         }
     }
 

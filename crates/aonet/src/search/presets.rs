@@ -2,14 +2,16 @@
 
 use super::Classic;
 
-/// Method and file.
-pub(super) const TUNED: [(&str, &str); 6] = [
-    ("ssao", include_str!("../../presets/ssao.json")),
-    ("hbao", include_str!("../../presets/hbao.json")),
-    ("ssdo", include_str!("../../presets/ssdo.json")),
-    ("gtao", include_str!("../../presets/gtao.json")),
-    ("vbao", include_str!("../../presets/vbao.json")),
-    ("agtao", include_str!("../../presets/agtao.json")),
+/// Name and file.
+pub(super) const TUNED: [(&str, &str); 8] = [
+    ("ssao:tuned", include_str!("../../presets/ssao.json")),
+    ("hbao:tuned", include_str!("../../presets/hbao.json")),
+    ("ssdo:tuned", include_str!("../../presets/ssdo.json")),
+    ("gtao:tuned", include_str!("../../presets/gtao.json")),
+    ("vbao:tuned", include_str!("../../presets/vbao.json")),
+    ("agtao:tuned", include_str!("../../presets/agtao.json")),
+    ("arcs:tuned", include_str!("../../presets/arcs.json")),
+    ("arcs:deep", include_str!("../../presets/arcs_deep.json")),
 ];
 
 /// The method in a preset file of this crate.
@@ -29,13 +31,17 @@ mod tests {
     fn presets_are_of_their_method_and_in_range() {
         for (name, json) in TUNED {
             let method = method(json).checked().unwrap();
-            assert_eq!(method.name(), name);
-            assert_eq!(Classic::named(&format!("{name}:tuned")).unwrap(), method);
-            assert_ne!(method, Classic::named(name).unwrap());
+            assert!(name.starts_with(&format!("{}:", method.name())));
+            assert_eq!(Classic::named(name).unwrap(), method);
+            assert_ne!(method, Classic::named(method.name()).unwrap());
         }
         let [low, high] = ["gtao:low", "gtao:high"].map(|name| Classic::named(name).unwrap());
         assert_eq!((low.taps(), high.taps()), (4, 18));
         assert_eq!(high, Classic::named("gtao").unwrap());
-        assert!(Classic::named("gtao:huge").is_err() && Classic::named("ssao:low").is_err());
+        assert!(
+            Classic::named("gtao:huge").is_err()
+                && Classic::named("ssao:low").is_err()
+                && Classic::named("gtao:deep").is_err()
+        );
     }
 }

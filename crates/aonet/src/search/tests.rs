@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::frame::camera::{Camera, Projection};
+use crate::frame::gbuffer::SecondLayer;
 use crate::frame::size::Size;
 use crate::metrics;
 use crate::simd::Level;
@@ -60,6 +61,15 @@ fn exact(name: &str) -> Classic {
             ("attenuation", 0.0),
             ("angle_bias", 0.0),
         ],
+        "arcs" => &[
+            ("slices", 32.0),
+            ("steps", 48.0),
+            ("distribution", 1.0),
+            ("angle_bias", 0.0),
+            ("hit", 1.0),
+            ("hidden_near", 0.0),
+            ("hidden_far", 0.0),
+        ],
         "nnao" => &[],
         _ => &[("samples", 256.0)],
     };
@@ -105,7 +115,7 @@ fn beside_a_wall(c: f32) -> f32 {
 #[test]
 fn a_floor_beside_a_wall_has_the_closed_form() {
     let frame = frame(PERSPECTIVE, Size::px(480, 270), &floor_and_wall());
-    for name in ["gtao", "vbao", "agtao"] {
+    for name in ["gtao", "vbao", "agtao", "arcs"] {
         let image = exact(name).run(&frame, AoParams::new(1.5).unwrap()).unwrap();
         let mut checked = 0;
         for y in 160..230 {
@@ -184,7 +194,7 @@ fn horizons_converge_to_rays_where_nothing_is_hidden() {
     let truth: Vec<f32> = (0..120 * 68).map(|i| marched(&frame, i, params.radius())).collect();
     let truth = AoImage::new(Size::px(120, 68), truth).unwrap();
     // Measured: 45.3 and 43.7 dB.
-    for (name, least) in [("gtao", 44.0), ("vbao", 42.5), ("agtao", 42.5)] {
+    for (name, least) in [("gtao", 44.0), ("vbao", 42.5), ("agtao", 42.5), ("arcs", 38.0)] {
         let image = exact(name).run(&frame, params).unwrap();
         // The frame ends where the field does not.
         let inside: Vec<bool> =
@@ -204,10 +214,42 @@ fn the_bottom_of_a_cavity_has_the_closed_form() {
     let (a, h) = RIM;
     let bowl = |x: f32, y: f32| RIM.1 * ((x * x + y * y) / (RIM.0 * RIM.0)).min(1.0);
     let frame = height_field(Size::px(161, 161), bowl);
-    for name in ["gtao", "vbao", "agtao"] {
+    for name in ["gtao", "vbao", "agtao", "arcs"] {
         let image = exact(name).run(&frame, AoParams::new(2.5).unwrap()).unwrap();
         let (found, expected) = (at(&image, 80, 80), a * a / (a * a + h * h));
         assert!((found - expected).abs() < 0.02, "{name}: {found}, expected {expected}");
+    }
+}
+
+/// Height of a round ridge along y on a wall.
+fn ridge(x: f32, _: f32) -> f32 {
+    0.5 * (1.0 - x * x / 0.09).max(0.0)
+}
+
+/// A plate that hides the ridge, farther from it than the AO radius: one layer cannot know of the ridge, the second shows it.
+#[test]
+fn a_second_layer_shows_what_a_plate_hides() {
+    let size = Size::px(240, 135);
+    let bare = height_field(size, ridge);
+    let covered = |i: usize| bare.camera().position_view(i % 240, i / 240, 1.0).x.abs() < 0.35;
+    let plate = |i: usize| if covered(i) { 2.0 } else { bare.depth()[i] };
+    let normal = |i: usize| if covered(i) { [0.0, 0.0, 1.0] } else { bare.normal()[i] };
+    let all = 0..size.pixels();
+    let (depth, normal) =
+        (all.clone().map(plate).collect::<Vec<_>>(), all.clone().map(normal).collect::<Vec<_>>());
+    let one = GBuffer::new(*bare.camera(), depth, normal).unwrap();
+    let behind = |i: usize| if covered(i) { bare.depth()[i] } else { f32::INFINITY };
+    let second = SecondLayer { depth: all.map(behind).collect::<Vec<_>>().into(), normal: None };
+    let two = one.clone().with_second(second).unwrap();
+    let [open, seen, hidden] = [&bare, &two, &one].map(|frame| {
+        let image = exact("arcs").run(frame, AoParams::new(1.0).unwrap()).unwrap();
+        // Beside the ridge, on the wall.
+        let mean = |x: usize| (60..75).map(|y| at(&image, x, y)).sum::<f32>() / 15.0;
+        [130, 133, 136].map(mean)
+    });
+    for i in 0..3 {
+        assert!((open[i] - seen[i]).abs() < 0.02, "place {i}: {seen:?}, without the plate {open:?}");
+        assert!(open[i] < 0.97 && hidden[i] > 0.98, "place {i}: {hidden:?}, without the plate {open:?}");
     }
 }
 

@@ -12,7 +12,7 @@ use clap::Parser;
 use std::path::PathBuf;
 use std::time::Instant;
 
-/// Compute the AO of a G-buffer by a classic method: gtao, vbao, hbao, ssao, ssdo or nnao.
+/// Compute the AO of a G-buffer by a classic method: gtao, agtao, arcs, vbao, hbao, ssao, ssdo or nnao.
 ///
 /// G-buffers are those of `aonet infer`. METHOD:tuned has parameters that were found on training frames; gtao:low to
 /// gtao:ultra (also of vbao) have another number of slices and steps.

@@ -45,7 +45,8 @@ impl Method {
                 pyramid.push(self.surface, params, list);
                 bindings.extend(pyramid.bindings());
             }
-            Classic::Hbao(_) | Classic::Vbao(_) | Classic::Agtao(_) | Classic::Arcs(_) | Classic::Nnao(_) => {}
+            Classic::Hbao(_) | Classic::Vbao(_) | Classic::Agtao(_) | Classic::Arcs(_) | Classic::Nnao(_) => {
+            }
         }
         let shader = shader(self.surface, &self.method)?;
         pixels::push(self.method.name(), shader, &bindings, size, list);
