@@ -19,7 +19,7 @@ const SIZE: Size = Size::px(70, 44);
 
 /// One frame through a session.
 fn run<M: Describe>(device: &Device, session: &Session<M>, gbuffer: &GBuffer) -> AoImage {
-    let Inputs { normal, depth, frame } = inputs(device, gbuffer, params());
+    let Inputs { normal, depth, frame, .. } = inputs(device, gbuffer, params());
     let visibility = target(device, session.size(), R32Float);
     let view = session
         .bind(FrameViews { normal: &normal, depth: &depth, second: None, visibility: &visibility })

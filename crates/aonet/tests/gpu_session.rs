@@ -166,7 +166,7 @@ fn session(device: &Device, model: &Model, size: Size, options: Options) -> Sess
 
 /// One frame through a session.
 fn encode(device: &Device, session: &Session, gbuffer: &GBuffer, format: wgpu::TextureFormat) -> AoImage {
-    let Inputs { normal, depth, frame } = inputs(device, gbuffer, params());
+    let Inputs { normal, depth, frame, .. } = inputs(device, gbuffer, params());
     let visibility = target(device, gbuffer.size(), format);
     let view = session
         .bind(FrameViews { normal: &normal, depth: &depth, second: None, visibility: &visibility })
@@ -217,7 +217,7 @@ fn views_of_one_submission_keep_their_cameras() {
     let session = session(&device, &model, size, OPTIONS);
     let mut encoder = device.device.create_command_encoder(&Default::default());
     let targets = [0, 1].map(|i| {
-        let Inputs { normal, depth, mut frame } = inputs(&device, &gbuffers[i], params());
+        let Inputs { normal, depth, mut frame, .. } = inputs(&device, &gbuffers[i], params());
         frame.params = AoParams::new(frame.params.radius() * (1.0 + i as f32)).unwrap();
         let visibility = target(&device, size, OPTIONS.output);
         let view = session

@@ -2,7 +2,7 @@
 
 use aonet::Size;
 use aonet::gpu::program::{Binding, Usage};
-use aonet::gpu::{Describe, Precision, Program, ProgramOptions, TextureEncoding};
+use aonet::gpu::{Describe, Layers, Precision, Program, ProgramOptions, TextureEncoding};
 use aonet::internals::weights::Weights;
 use aonet::net::gpu::Network;
 use aonet::net::{Model, ModelConfig};
@@ -58,7 +58,7 @@ fn networks_are_described_written_and_read() {
 
 #[test]
 fn classic_methods_are_described_written_and_read() {
-    for name in ["ssao", "hbao", "ssdo", "gtao", "vbao", "agtao", "vbao:tuned"] {
+    for name in ["ssao", "hbao", "ssdo", "gtao", "vbao", "agtao", "arcs", "vbao:tuned"] {
         let program = read(&classic(name).program(Size::px(20, 10)).unwrap());
         assert!(program.memory_bytes() >= 2 * 4 * 20 * 10, "{name}");
         assert!(program.pass_labels().contains(&name.split(':').next().unwrap()));
@@ -86,9 +86,13 @@ fn sizes_differ_in_numbers_and_share_weights() {
 fn passes_read_what_was_written_before() {
     let networks = [ModelConfig::paper(), ModelConfig::any_radius(), ModelConfig::deep_ao()];
     let networks = networks.map(|config| network(config, Precision::F32).program(Size::px(65, 43)).unwrap());
-    let methods = ["ssao", "hbao", "ssdo", "gtao", "vbao", "agtao"].map(classic);
+    let methods = ["ssao", "hbao", "ssdo", "gtao", "vbao", "agtao", "arcs"].map(classic);
     let methods = methods.map(|method| method.program(Size::px(65, 43)).unwrap());
-    for program in networks.iter().chain(&methods) {
+    let textures = TextureEncoding { layers: Layers::Two, ..TextureEncoding::default() };
+    let deep = Method::new(&Classic::named("arcs").unwrap(), textures).unwrap();
+    let deep = deep.program(Size::px(65, 43)).unwrap();
+    assert_eq!(deep.pass_labels(), ["surfels", "arcs", "denoise", "image"]);
+    for program in networks.iter().chain(&methods).chain([&deep]) {
         let mut known: Vec<_> = program.buffers().iter().map(|b| b.contents.is_some() || b.cleared).collect();
         let mut check = |label: &str, bindings: &[Binding]| {
             for binding in bindings {

@@ -3,7 +3,8 @@
 #![allow(dead_code, reason = "each test program uses some of it")]
 
 use aonet::gpu::{
-    DepthEncoding, Device, FrameNumbers, Kernels, NormalEncoding, NormalSpace, Options, Precision, wgpu,
+    DepthEncoding, Device, FrameNumbers, Kernels, Layers, NormalEncoding, NormalSpace, Options, Precision,
+    wgpu,
 };
 use aonet::internals::gpu::bind::extent;
 use aonet::{AoImage, AoParams, GBuffer, Size};
@@ -24,6 +25,8 @@ pub(crate) fn device() -> Option<Device> {
 pub(crate) struct Inputs {
     pub(crate) normal: wgpu::TextureView,
     pub(crate) depth: wgpu::TextureView,
+    /// None for frames with one layer.
+    pub(crate) second: Option<wgpu::TextureView>,
     pub(crate) frame: FrameNumbers,
 }
 
@@ -31,10 +34,14 @@ pub(crate) fn inputs(device: &Device, gbuffer: &GBuffer, params: AoParams) -> In
     let size = gbuffer.size();
     let texels = gbuffer.normal().iter().flat_map(|n| [n[0], n[1], n[2], 0.0]);
     let normals: Vec<_> = texels.flat_map(f32::to_le_bytes).collect();
-    let depths: Vec<_> = gbuffer.depth().iter().flat_map(|d| d.to_le_bytes()).collect();
+    let depths = |depth: &[f32]| {
+        let texels: Vec<_> = depth.iter().flat_map(|d| d.to_le_bytes()).collect();
+        filled(device, size, wgpu::TextureFormat::R32Float, &texels)
+    };
     Inputs {
         normal: filled(device, size, wgpu::TextureFormat::Rgba32Float, &normals),
-        depth: filled(device, size, wgpu::TextureFormat::R32Float, &depths),
+        depth: depths(gbuffer.depth()),
+        second: gbuffer.second().map(|second| depths(&second.depth)),
         frame: FrameNumbers { camera: *gbuffer.camera(), far: f32::INFINITY, params },
     }
 }
@@ -46,6 +53,7 @@ pub(crate) const OPTIONS: Options = Options {
     normals: NormalEncoding::Plain,
     normal_space: NormalSpace::View,
     depth: DepthEncoding::Linear,
+    layers: Layers::One,
     output: wgpu::TextureFormat::R32Float,
 };
 

@@ -8,7 +8,7 @@ use aonet::internals::weights::Weights;
 use aonet::net::{
     Arch, Channel, Features, KernelWeights, Model, ModelConfig, Output, SearchConfig, TrainingFacts,
 };
-use aonet::{AoImage, AoParams, Camera, GBuffer, Projection, Size};
+use aonet::{AoImage, AoParams, Camera, GBuffer, Projection, SecondLayer, Size};
 
 /// Numbers in [0, 1) from a seed: xorshift64*.
 pub(crate) struct Random(u64);
@@ -66,6 +66,42 @@ pub(crate) fn waves_seen_by(camera: Camera) -> GBuffer<'static> {
         depth.push(if hole { f32::INFINITY } else { depth_at(x, y) });
     }
     GBuffer::new(camera, depth, normal).unwrap()
+}
+
+/// The same frame behind bars, with what they hide as the second layer. Between them there is another surface behind it,
+/// which has gaps.
+pub(crate) fn behind_bars(gbuffer: &GBuffer) -> GBuffer<'static> {
+    let (width, mut depth, mut normal) =
+        (gbuffer.width(), gbuffer.depth().to_vec(), gbuffer.normal().to_vec());
+    let mut second = vec![f32::INFINITY; depth.len()];
+    for i in 0..depth.len() {
+        if !depth[i].is_finite() {
+            continue;
+        }
+        match i % width % 12 {
+            0..4 => {
+                second[i] = depth[i];
+                (depth[i], normal[i]) = (depth[i] - 0.25, [0.0, 0.0, 1.0]);
+            }
+            4..8 => second[i] = depth[i] + 0.1 + 0.02 * (i / width % 7) as f32,
+            _ => {}
+        }
+    }
+    with_depth_behind(&GBuffer::new(*gbuffer.camera(), depth, normal).unwrap(), second)
+}
+
+/// The same frame with a second layer of random depths; one pixel in five has none.
+pub(crate) fn with_noise_behind(gbuffer: GBuffer<'static>, seed: u64) -> GBuffer<'static> {
+    let mut random = Random::new(seed);
+    let second = gbuffer.depth().iter().map(|first| {
+        let (far, behind) = (random.unit() < 0.2, random.unit());
+        if far { f32::INFINITY } else { first + behind }
+    });
+    with_depth_behind(&gbuffer, second.collect())
+}
+
+fn with_depth_behind(gbuffer: &GBuffer<'static>, depth: Vec<f32>) -> GBuffer<'static> {
+    gbuffer.clone().with_second(SecondLayer { depth: depth.into(), normal: None }).unwrap()
 }
 
 /// A camera at the origin that sees a tenth of a radian: every normal that leans forward faces it.

@@ -5,7 +5,7 @@ use crate::frame::ao_image::{AoImage, AoParams};
 use crate::frame::gbuffer::GBuffer;
 use crate::frame::size::Size;
 use crate::frame::window::Window;
-use crate::gpu::options::{DepthEncoding, FrameNumbers, Kernels, Precision};
+use crate::gpu::options::{DepthEncoding, FrameNumbers, Kernels, Layers, Precision};
 use crate::gpu::wgpu_30::bind::extent;
 use crate::gpu::wgpu_30::device::Device;
 use crate::gpu::wgpu_30::errors::scoped;
@@ -27,6 +27,8 @@ pub struct Offscreen {
     view: BoundFrame,
     normal: wgpu::Texture,
     depth: wgpu::Texture,
+    /// Of sessions with two layers.
+    second: Option<wgpu::Texture>,
     visibility: wgpu::Texture,
     back: wgpu::Buffer,
 }
@@ -38,6 +40,7 @@ const OPTIONS: Options = Options {
     normals: crate::gpu::options::NormalEncoding::Plain,
     normal_space: crate::gpu::options::NormalSpace::View,
     depth: DepthEncoding::Linear,
+    layers: Layers::One,
     output: wgpu::TextureFormat::R32Float,
 };
 
@@ -66,9 +69,22 @@ impl Offscreen {
     /// # Errors
     /// As [`ClassicSession::new`].
     pub fn classic(device: &Device, method: &Classic, window: impl Into<Window>) -> Result<Self> {
-        let window = window.into();
-        let size = window.buffer_size();
-        let session = ClassicSession::new((&device.device, &device.queue), method, size, OPTIONS)?;
+        Self::classic_in_layers(device, method, window, Layers::One)
+    }
+
+    /// The same for frames with one layer or two. Methods that read only the first layer give the same image for both.
+    ///
+    /// # Errors
+    /// As [`ClassicSession::new`].
+    pub fn classic_in_layers(
+        device: &Device,
+        method: &Classic,
+        window: impl Into<Window>,
+        layers: Layers,
+    ) -> Result<Self> {
+        let (window, options) = (window.into(), Options { layers, ..OPTIONS });
+        let on = (&device.device, &device.queue);
+        let session = ClassicSession::new(on, method, window.buffer_size(), options)?;
         Self::of(device, session.into_runner(), (window, Precision::F32))
     }
 
@@ -90,9 +106,13 @@ impl Offscreen {
             let output = wgpu::TextureUsages::RENDER_ATTACHMENT | wgpu::TextureUsages::COPY_SRC;
             let normal = texture(window.buffer_size(), wgpu::TextureFormat::Rgba32Float, input);
             let depth = texture(window.buffer_size(), wgpu::TextureFormat::R32Float, input);
+            let second = (session.layers() == Layers::Two)
+                .then(|| texture(window.buffer_size(), wgpu::TextureFormat::R32Float, input));
             let visibility = texture(window.size(), OPTIONS.output, output);
             let [n, d, v] = [&normal, &depth, &visibility].map(|t| t.create_view(&Default::default()));
-            let view = session.bind(FrameViews { normal: &n, depth: &d, second: None, visibility: &v })?;
+            let s = second.as_ref().map(|t| t.create_view(&Default::default()));
+            let view =
+                session.bind(FrameViews { normal: &n, depth: &d, second: s.as_ref(), visibility: &v })?;
             let back = device.device.create_buffer(&wgpu::BufferDescriptor {
                 label: Some("aonet offscreen"),
                 size: (row_bytes(window.size().width()) * window.size().height()) as u64,
@@ -107,6 +127,7 @@ impl Offscreen {
                 view,
                 normal,
                 depth,
+                second,
                 visibility,
                 back,
             })
@@ -116,13 +137,16 @@ impl Offscreen {
     /// Writes the visibility of a frame's picture: in [0, 1], 1 on the background. Waits for the device.
     ///
     /// # Errors
-    /// When the frame has another size or margin than the session, the image another size than its picture, or the device is
-    /// lost.
+    /// When the frame has another size or margin than the session, or no second layer for a session with two, the image
+    /// another size than its picture, or the device is lost.
     pub fn run(&mut self, gbuffer: &GBuffer, params: AoParams, image: &mut AoImage) -> Result<()> {
         if gbuffer.window() != self.window {
             return Err(Error::size("G-buffer of a session", self.window, gbuffer.window()));
         }
         self.window.size().expect("AO image of a session", image.size())?;
+        if self.second.is_some() && gbuffer.second().is_none() {
+            return Err(Error::value("layers of a frame", "2, as the session has", "1"));
+        }
         scoped(&self.device.device, "frame", || {
             self.submit(gbuffer, params)?;
             self.download(image)
@@ -147,10 +171,14 @@ impl Offscreen {
 
     fn upload(&self, gbuffer: &GBuffer) {
         let normals = gbuffer.normal().iter().flat_map(|n| [n[0], n[1], n[2], 0.0]);
-        for (texture, values) in [
-            (&self.normal, normals.flat_map(f32::to_le_bytes).collect::<Vec<_>>()),
-            (&self.depth, gbuffer.depth().iter().flat_map(|d| d.to_le_bytes()).collect()),
-        ] {
+        let bytes = |depth: &[f32]| depth.iter().flat_map(|d| d.to_le_bytes()).collect::<Vec<_>>();
+        let textures = [
+            (&self.normal, normals.flat_map(f32::to_le_bytes).collect()),
+            (&self.depth, bytes(gbuffer.depth())),
+        ];
+        let second = self.second.as_ref().zip(gbuffer.second());
+        let second = second.map(|(texture, second)| (texture, bytes(&second.depth)));
+        for (texture, values) in textures.into_iter().chain(second) {
             let layout = wgpu::TexelCopyBufferLayout {
                 offset: 0,
                 bytes_per_row: Some((values.len() / gbuffer.height()) as u32),

@@ -19,13 +19,15 @@ pub struct Options {
     pub normal_space: NormalSpace,
     /// Encoding of the depth.
     pub depth: DepthEncoding,
+    /// Layers of depth that a frame has.
+    pub layers: Layers,
     /// Format of the AO texture: one that can be rendered to and holds a float in its first channel, such as `R8Unorm`
     /// or `R16Float`.
     pub output: wgpu::TextureFormat,
 }
 
 impl Default for Options {
-    /// View-space normals as they are, reversed depth, 8 bits of visibility, half floats where there are some.
+    /// View-space normals as they are, one layer of reversed depth, 8 bits of visibility, half floats where there are some.
     fn default() -> Self {
         Self {
             precision: Precision::default(),
@@ -33,6 +35,7 @@ impl Default for Options {
             normals: NormalEncoding::default(),
             normal_space: NormalSpace::default(),
             depth: DepthEncoding::default(),
+            layers: Layers::default(),
             output: wgpu::TextureFormat::R8Unorm,
         }
     }
@@ -41,8 +44,8 @@ impl Default for Options {
 impl Options {
     /// What the frame's textures hold.
     pub(crate) fn textures(&self) -> TextureEncoding {
-        let Self { normals, normal_space, depth, .. } = *self;
-        TextureEncoding { normals, normal_space, depth, layers: Layers::One }
+        let Self { normals, normal_space, depth, layers, .. } = *self;
+        TextureEncoding { normals, normal_space, depth, layers }
     }
 
     /// The options of a program that a device can run, for a network that sees these features.

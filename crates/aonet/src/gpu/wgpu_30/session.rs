@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Result};
 use crate::frame::size::Size;
-use crate::gpu::options::{FrameNumbers, TextureEncoding};
+use crate::gpu::options::{FrameNumbers, Layers};
 use crate::gpu::program::{Describe, Program};
 use crate::gpu::wgpu_30::chain::{Chain, Timestamps};
 use crate::gpu::wgpu_30::errors::{check_limits, scoped};
@@ -162,10 +162,14 @@ impl Runner {
         Self::new(Arc::clone(&self.host), program, self.output)
     }
 
+    /// Layers of its frames.
+    pub(crate) fn layers(&self) -> Layers {
+        self.program.textures.layers
+    }
+
     /// See [`Session::bind`].
     pub(crate) fn bind(&self, views: FrameViews<'_>) -> Result<BoundFrame> {
-        let Program { size, textures: TextureEncoding { layers, .. }, .. } = self.program;
-        let frames = Frames { size, layers, output: self.output };
+        let frames = Frames { size: self.program.size, layers: self.layers(), output: self.output };
         BoundFrame::new(&self.host.device, &self.host.frame_layout, frames, views)
     }
 

@@ -16,7 +16,7 @@ pub struct FrameViews<'a> {
     pub normal: &'a wgpu::TextureView,
     /// Depth in the session's encoding, the depth aspect only; needs the usage `TEXTURE_BINDING`.
     pub depth: &'a wgpu::TextureView,
-    /// The second layer of depth, likewise: for sessions of programs with [`Layers::Two`]. Others do not read it.
+    /// The second layer of depth, likewise: for sessions with [`Layers::Two`]. Others do not read it.
     pub second: Option<&'a wgpu::TextureView>,
     /// Visibility comes here, in the session's output format; needs the usage `RENDER_ATTACHMENT`. It may be smaller than the
     /// session: the rest is a guard band, as wide on the left as on the right and as high above as below.

@@ -14,17 +14,6 @@ pub(crate) fn shader(surface: Surface, params: &AgtaoParams) -> Shader {
         .float("ATTENUATION", params.attenuation)
         .float("COS_BIAS", cos)
         .float("SIN_BIAS", sin)
-        .part(&shares(params))
+        .part(&slices::shares(params.steps, |step| params.share(step)))
         .part(include_str!("agtao.wgsl"))
-}
-
-/// Where the taps are: a cubic of the jitter for every step, as on the CPU.
-fn shares(params: &AgtaoParams) -> String {
-    let cubics: Vec<_> = (0..params.steps as usize)
-        .map(|step| {
-            let [c0, c1, c2, c3] = params.share(step).coefficients();
-            format!("vec4({c0:?}, {c1:?}, {c2:?}, {c3:?})")
-        })
-        .collect();
-    format!("const SHARES = array<vec4<f32>, STEPS>({});", cubics.join(", "))
 }

@@ -1,6 +1,6 @@
 //! Classic methods as programs.
 
-use super::{agtao, denoise, gtao, hbao, pixels, ssao, ssdo, vbao};
+use super::{agtao, arcs, denoise, gtao, hbao, pixels, ssao, ssdo, surfels, vbao};
 use crate::error::{Error, Result};
 use crate::frame::size::Size;
 use crate::gpu::image::{Image, Raw};
@@ -45,8 +45,8 @@ impl Method {
                 pyramid.push(self.surface, params, list);
                 bindings.extend(pyramid.bindings());
             }
-            Classic::Hbao(_) | Classic::Vbao(_) | Classic::Agtao(_) | Classic::Arcs(_) | Classic::Nnao(_) => {
-            }
+            Classic::Arcs(_) => bindings.extend(surfels::push(self.surface, size, list)),
+            Classic::Hbao(_) | Classic::Vbao(_) | Classic::Agtao(_) | Classic::Nnao(_) => {}
         }
         let shader = shader(self.surface, &self.method)?;
         pixels::push(self.method.name(), shader, &bindings, size, list);
@@ -83,8 +83,9 @@ fn shader(surface: Surface, method: &Classic) -> Result<Shader> {
         Classic::Gtao(params) => gtao::shader(surface, params),
         Classic::Vbao(params) => vbao::shader(surface, params),
         Classic::Agtao(params) => agtao::shader(surface, params),
-        Classic::Arcs(_) | Classic::Nnao(_) => {
-            let expected = "ssao, hbao, ssdo, gtao, vbao or agtao";
+        Classic::Arcs(params) => arcs::shader(surface, params),
+        Classic::Nnao(_) => {
+            let expected = "ssao, hbao, ssdo, gtao, vbao, agtao or arcs";
             return Err(Error::value("method on a graphics device", expected, method.name()));
         }
     })
@@ -93,6 +94,7 @@ fn shader(surface: Surface, method: &Classic) -> Result<Shader> {
 #[cfg(all(test, feature = "gpu"))]
 mod tests {
     use super::*;
+    use crate::gpu::options::Layers;
     use crate::net::gpu::valid::{PRECISIONS, encodings, validate};
     use crate::search::gpu::pyramid;
     use crate::search::{AgtaoParams, GtaoParams, SsaoParams, VbaoParams};
@@ -114,6 +116,9 @@ mod tests {
                 let of = Surface { precision, textures };
                 for method in methods() {
                     validate(shader(of, &method).unwrap().source(), &format!("{method:?}"));
+                }
+                if textures.layers == Layers::Two {
+                    validate(surfels::shader(of).source(), "surfels");
                 }
                 validate(pyramid::shader(of, &GtaoParams::default()).source(), "pyramid");
                 validate(denoise::shader(of, AgtaoParams::default().denoise()).source(), "denoise");

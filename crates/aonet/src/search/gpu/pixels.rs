@@ -7,7 +7,7 @@ use crate::gpu::surface::Surface;
 use crate::search::noise;
 
 /// Columns and rows of a workgroup.
-const TILE: [usize; 2] = [8, 8];
+pub(crate) const TILE: [usize; 2] = [8, 8];
 
 /// Parameters that they all have. See [`crate::search`].
 #[derive(Debug, Clone, Copy)]

@@ -2,15 +2,31 @@
 
 use crate::gpu::shader::Shader;
 use crate::gpu::surface::Surface;
+use crate::search::cubic::Cubic;
 use crate::search::gpu::pixels::{self, Reach};
 use crate::search::slice::MOST_GRAZING;
 
 /// A shader without the method's own part: so many slices and taps on each side of them.
-pub(crate) fn shader(surface: Surface, (slices, steps): (u32, u32), reach: Reach) -> Shader {
+pub(crate) fn shader(surface: Surface, cost: (u32, u32), reach: Reach) -> Shader {
+    bare(surface, cost, reach).part(include_str!("slices.wgsl"))
+}
+
+/// The same for a method with a `visibility_at` of its own.
+pub(crate) fn bare(surface: Surface, (slices, steps): (u32, u32), reach: Reach) -> Shader {
     pixels::shader(surface, reach)
         .number("SLICES", slices as usize)
         .number("STEPS", steps as usize)
         .float("MOST_GRAZING", MOST_GRAZING)
         .part(include_str!("slice.wgsl"))
-        .part(include_str!("slices.wgsl"))
+}
+
+/// Where the taps are: a cubic of the jitter for every step, as on the CPU.
+pub(crate) fn shares(steps: u32, share: impl Fn(usize) -> Cubic) -> String {
+    let cubics: Vec<_> = (0..steps as usize)
+        .map(|step| {
+            let [c0, c1, c2, c3] = share(step).coefficients();
+            format!("vec4({c0:?}, {c1:?}, {c2:?}, {c3:?})")
+        })
+        .collect();
+    format!("const SHARES = array<vec4<f32>, STEPS>({});", cubics.join(", "))
 }

@@ -15,5 +15,6 @@ pub(crate) fn shader(surface: Surface, params: &VbaoParams) -> Shader {
         .float("THICKNESS", params.thickness)
         .float("SECTORS", SECTORS)
         .flag("COSINE", params.cosine == 1)
+        .part(include_str!("sectors.wgsl"))
         .part(include_str!("vbao.wgsl"))
 }

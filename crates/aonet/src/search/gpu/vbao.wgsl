@@ -17,11 +17,6 @@ fn share_below(s: Slice, ends: vec2<f32>, angle: f32) -> f32 {
     return saturate((angle - s.n) / PI + 0.5);
 }
 
-/// All bits but the lowest so many, up to 32.
-fn bits_from(low: u32) -> u32 {
-    return select(0xffffffffu << (low & 31u), 0u, low >= 32u);
-}
-
 /// The sectors that a tap so many pixels away on one side occludes.
 fn behind_tap(p: Pixel, s: Slice, ends: vec2<f32>, pixels: f32, sign: f32) -> u32 {
     let place = p.at + offset_in(s, pixels * sign);
@@ -37,7 +32,7 @@ fn behind_tap(p: Pixel, s: Slice, ends: vec2<f32>, pixels: f32, sign: f32) -> u3
     let far = arc_cosine(back.x * inverseSqrt(max(dot(back, back), 1e-36))) * sign;
     let low = round(share_below(s, ends, select(far, near, sign > 0.0)) * SECTORS);
     let high = round(share_below(s, ends, select(near, far, sign > 0.0)) * SECTORS);
-    return bits_from(u32(low)) & ~bits_from(u32(high));
+    return sectors(u32(low), u32(high));
 }
 
 /// Light of the free sectors of a slice, and of all.

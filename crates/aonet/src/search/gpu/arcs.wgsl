@@ -1,0 +1,208 @@
+// Connected arcs: what is seen to block light, apart from what may lie behind it; before its filter. CPU twin:
+// search/arcs.rs. Vectors in the plane of a slice go along it, and towards the viewer.
+
+/// Longest way to a tap [px]: beyond every frame.
+const LONGEST: f32 = 65536.0;
+
+/// One side of a slice.
+struct Side {
+    /// 1 along the slice, -1 against it.
+    sign: f32,
+    /// Depth of the pixel, and length of its ray for each unit of depth.
+    depth: f32,
+    ray_length: f32,
+    /// Where a step on the screen goes, for each world unit.
+    across: vec2<f32>,
+    /// Cosine between the viewer and the lowest occluder that counts.
+    lowest: f32,
+    /// Light when nothing blocks it.
+    light: f32,
+    /// Sectors for each share of light.
+    scale: f32,
+    /// What is added before rounding to whole sectors: in [-0.5, 0.5).
+    dither: f32,
+}
+
+/// A place on a surface that a tap sees.
+struct Seen {
+    /// Whether there is a surface.
+    valid: bool,
+    /// Signed distance on the screen [px], and depth [world units].
+    pixels: f32,
+    depth: f32,
+    /// Its normal in the plane of the slice, of any length.
+    normal: vec2<f32>,
+    /// Sectors between the viewer and it: a whole number.
+    sector: f32,
+}
+
+/// What a tap reads, and where.
+struct Tap {
+    pixel: vec2<u32>,
+    /// Signed distance on the screen [px].
+    pixels: f32,
+    /// Where its ray goes for each unit of depth.
+    ray: vec2<f32>,
+    /// From the centre of the pixel to the tap's place: right and up [px, by their height].
+    aside: vec2<f32>,
+}
+
+/// Sectors of one side.
+struct Blocked {
+    hit: u32,
+    near: u32,
+    far: u32,
+}
+
+fn side_of(p: Pixel, s: Slice, sign: f32, dither: f32) -> Side {
+    let slope = dot(s.direction, p.to_viewer.xy);
+    let across = vec2(sqrt(max(1.0 - slope * slope, 0.0)), slope);
+    let lowest = max(s.cos_n, 0.0) * SIN_BIAS - s.sin_n * sign * COS_BIAS;
+    let light = max(light_above(s, -s.sin_n * sign, sign), 1e-6);
+    let ray_length = 1.0 / p.to_viewer.z;
+    return Side(sign, -p.position.z, ray_length, across, lowest, light, SECTORS / light, dither - 0.5);
+}
+
+/// Height of a pixel at a depth [world units].
+fn pixel_size(depth: f32) -> f32 {
+    return frame.pixel_size.x * depth + frame.pixel_size.y;
+}
+
+/// Where the ray of a place goes, so many pixels along: for each unit of depth.
+fn ray_to(side: Side, pixels: f32) -> vec2<f32> {
+    return pixels * frame.pixel_size.x * side.across - vec2(0.0, side.ray_length);
+}
+
+/// From the pixel to a place so many pixels along, at a depth.
+fn offset_to(side: Side, pixels: f32, depth: f32) -> vec2<f32> {
+    return pixels * pixel_size(depth) * side.across - vec2(0.0, (depth - side.depth) * side.ray_length);
+}
+
+/// Sectors between the viewer and an offset: a whole number.
+fn sector_of(s: Slice, side: Side, offset: vec2<f32>) -> f32 {
+    let cosine = offset.y * inverseSqrt(max(dot(offset, offset), 1e-36));
+    let light = light_above(s, min(max(cosine, side.lowest), 1.0), side.sign);
+    return round(clamp(light * side.scale + side.dither, 0.0, SECTORS));
+}
+
+/// Whether the plane of one place predicts the depth of another, whose ray is given.
+fn predicts(side: Side, place: Seen, other: Seen, ray: vec2<f32>) -> bool {
+    // The ray meets the plane `fall / facing` nearer than the place.
+    let step = (other.pixels - place.pixels) * pixel_size(place.depth);
+    let facing = dot(ray, place.normal);
+    let fall = step * dot(side.across, place.normal);
+    let miss = (other.depth - place.depth) * facing + fall;
+    // From the place to there, times `facing`.
+    let way = step * facing * side.across - fall * ray;
+    let in_front = (place.depth * facing - fall) * facing > 0.0;
+    return in_front && miss * miss * dot(ray, ray) < dot(way, way) * (CONNECTED * CONNECTED);
+}
+
+/// How much deeper along its ray a place hides light: within the thickness, and the AO radius.
+fn behind(ray: vec2<f32>, offset: vec2<f32>) -> f32 {
+    let a = dot(ray, ray);
+    let b = dot(ray, offset);
+    let c = dot(offset, offset) - frame.radius * frame.radius;
+    let leaves = (sqrt(max(b * b - a * c, 0.0)) - b) / a;
+    return min(leaves, inverseSqrt(a) * (THICKNESS * frame.radius));
+}
+
+/// What a tap sees in a layer; nothing on the background.
+fn seen_by(p: Pixel, s: Slice, side: Side, tap: Tap, layer: u32) -> Seen {
+    let stored = depth_at(tap.pixel, layer);
+    if (stored >= BACKGROUND) {
+        return Seen(false, tap.pixels, 1.0, vec2(0.0), SECTORS);
+    }
+    let normal = surfel(tap.pixel, layer);
+    let turned = vec2(dot(normal, s.along), dot(normal, p.to_viewer));
+    // The pixel's plane at the tap's place.
+    let facing = min(dot(tap.ray, turned), -LEAST_FACING);
+    let depth = stored - pixel_size(stored) * dot(tap.aside, normal.xy) / facing;
+    return Seen(true, tap.pixels, depth, turned, sector_of(s, side, offset_to(side, tap.pixels, depth)));
+}
+
+/// Light that one side of a slice loses, as a share of it.
+fn lost_on(p: Pixel, s: Slice, side: Side, jitter: f32) -> f32 {
+    // What the steps before saw: the last one first, layer by layer. Arcs begin at the tangent plane.
+    var before: array<Seen, EARLIER * LAYERS>;
+    before[0] = Seen(true, 0.0, side.depth, vec2(s.sin_n, s.cos_n), SECTORS);
+    for (var i = 1u; i < EARLIER * LAYERS; i++) {
+        before[i] = Seen(false, 0.0, 1.0, vec2(0.0), SECTORS);
+    }
+    var blocked = Blocked(0u, 0u, 0u);
+    for (var k = 0u; k < STEPS; k++) {
+        let cubic = SHARES[k];
+        let share = cubic.x + jitter * (cubic.y + jitter * (cubic.z + jitter * cubic.w));
+        let pixels = min(max(share * p.radius_px, 1.0 + f32(k)), LONGEST) * side.sign;
+        let right_up = s.direction * pixels;
+        // Whole pixels, as on the CPU.
+        let cells = round(vec2(right_up.x / frame.aspect, -right_up.y));
+        let place = p.at + cells;
+        var now: array<Seen, LAYERS>;
+        if (inside(place)) {
+            let aside = right_up + vec2(-cells.x * frame.aspect, cells.y);
+            let tap = Tap(vec2<u32>(place), pixels, ray_to(side, pixels), aside);
+            for (var layer = 0u; layer < LAYERS; layer++) {
+                now[layer] = seen_by(p, s, side, tap, layer);
+            }
+            for (var layer = 0u; layer < LAYERS; layer++) {
+                let here = now[layer];
+                let offset = offset_to(side, here.pixels, here.depth);
+                let squared = dot(offset, offset);
+                if (!here.valid || squared > frame.radius * frame.radius) {
+                    continue;
+                }
+                var low = here.sector;
+                var high = here.sector;
+                for (var i = 0u; i < EARLIER * LAYERS; i++) {
+                    let earlier = before[i];
+                    // Sectors above the tangent plane alone are blocked.
+                    if (!earlier.valid || min(here.sector, earlier.sector) >= SECTORS) {
+                        continue;
+                    }
+                    if (predicts(side, earlier, here, tap.ray)
+                        || predicts(side, here, earlier, ray_to(side, earlier.pixels))) {
+                        low = min(low, earlier.sector);
+                        high = max(high, earlier.sector);
+                    }
+                }
+                blocked.hit |= sectors(u32(low), u32(high));
+                if (layer + 1u == LAYERS && here.sector < SECTORS) {
+                    let end = sector_of(s, side, offset + tap.ray * behind(tap.ray, offset));
+                    let hidden = sectors(u32(min(here.sector, end)), u32(max(here.sector, end)));
+                    let is_near = squared <= (NEAR * frame.radius) * (NEAR * frame.radius);
+                    blocked.near |= select(0u, hidden, is_near);
+                    blocked.far |= select(hidden, 0u, is_near);
+                }
+            }
+        }
+        for (var i = EARLIER * LAYERS; i > LAYERS; i--) {
+            before[i - 1u] = before[i - 1u - LAYERS];
+        }
+        for (var layer = 0u; layer < LAYERS; layer++) {
+            before[layer] = now[layer];
+        }
+    }
+    let near = blocked.near & ~blocked.hit;
+    let far = blocked.far & ~(blocked.hit | near);
+    let hidden = f32(countOneBits(near)) * HIDDEN_NEAR + f32(countOneBits(far)) * HIDDEN_FAR;
+    return (f32(countOneBits(blocked.hit)) * HIT + hidden) / SECTORS;
+}
+
+fn visibility_at(p: Pixel, noise: vec2<f32>) -> f32 {
+    var lost = 0.0;
+    var open = 0.0;
+    for (var i = 0u; i < SLICES; i++) {
+        let s = slice_at(p, (noise.x + f32(i)) / f32(SLICES));
+        let dither = fract(noise.y * 7.0 + f32(i) * 0.414214);
+        // The golden ratio keeps the slices' taps apart.
+        let jitter = fract(noise.y + f32(i) * 0.618034);
+        for (var sign = 1.0; sign >= -1.0; sign -= 2.0) {
+            let side = side_of(p, s, sign, dither);
+            let light = side.light * s.normal_length;
+            lost += lost_on(p, s, side, jitter) * light;
+            open += light;
+        }
+    }
+    return 1.0 - lost / max(open, 1e-6);
+}

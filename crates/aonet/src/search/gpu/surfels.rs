@@ -1,0 +1,32 @@
+//! Normals of the second layer, one word a pixel. See `crate::search::surfels`.
+
+use crate::frame::size::Size;
+use crate::gpu::options::Layers;
+use crate::gpu::program::{Binding, Dispatches};
+use crate::gpu::shader::Shader;
+use crate::gpu::surface::Surface;
+use crate::search::gpu::pixels;
+use crate::search::surfels::LENGTH;
+
+/// Adds the dispatch that packs them, if frames have a second layer; what a search then binds after its output.
+pub(crate) fn push(surface: Surface, size: Size, list: &mut Dispatches) -> Option<Binding> {
+    if surface.textures.layers == Layers::One {
+        return None;
+    }
+    let surfels = list.storage("surfels", size.pixels() * size_of::<u32>());
+    pixels::push("surfels", shader(surface), &[Binding::Write(surfels)], size, list);
+    Some(Binding::Read(surfels))
+}
+
+/// The shader that packs them; it reads two layers.
+pub(crate) fn shader(surface: Surface) -> Shader {
+    surface.shader().tile(pixels::TILE).float("LENGTH", LENGTH).part(include_str!("surfels.wgsl"))
+}
+
+/// A search that reads the normals of every layer.
+pub(crate) fn with_normals(search: Shader, layers: Layers) -> Shader {
+    search.float("LENGTH", LENGTH).part(match layers {
+        Layers::One => include_str!("surfels_one_layer.wgsl"),
+        Layers::Two => include_str!("surfels_two_layers.wgsl"),
+    })
+}

@@ -1,0 +1,71 @@
+// Normals of the second layer from its depth, one word a pixel. CPU twin: search/surfels.rs.
+
+@group(1) @binding(0) var<storage, read_write> surfels: array<u32>;
+
+/// A neighbour on the screen.
+struct Neighbour {
+    position: vec3<f32>,
+    /// Difference in depth from the pixel; BACKGROUND where there is nothing, or no pixel.
+    change: f32,
+}
+
+/// View-space position of a pixel of the second layer.
+fn second_at(pixel: vec2<u32>, depth: f32) -> vec3<f32> {
+    return position_at(vec2<f32>(pixel), depth);
+}
+
+/// The pixel beside one of a depth.
+fn neighbour(pixel: vec2<u32>, step: vec2<i32>, here: f32) -> Neighbour {
+    let at = vec2<i32>(pixel) + step;
+    if (any(at < vec2(0)) || any(at >= vec2<i32>(frame.size))) {
+        return Neighbour(vec3(0.0), BACKGROUND);
+    }
+    let depth = depth_at(vec2<u32>(at), 1u);
+    if (depth >= BACKGROUND) {
+        return Neighbour(vec3(0.0), BACKGROUND);
+    }
+    return Neighbour(second_at(vec2<u32>(at), depth), abs(depth - here));
+}
+
+/// From the neighbour before a pixel to the pixel, or from it to the one after it: the nearer in depth. Zero without both.
+fn difference(before: Neighbour, here: vec3<f32>, after: Neighbour) -> vec3<f32> {
+    if (before.change <= after.change) {
+        return select(vec3(0.0), here - before.position, before.change < BACKGROUND);
+    }
+    return after.position - here;
+}
+
+/// Unit normal of the surface through a pixel of a depth and its neighbours, towards the viewer.
+fn normal_of_depth(pixel: vec2<u32>, depth: f32) -> vec3<f32> {
+    let here = second_at(pixel, depth);
+    let left = neighbour(pixel, vec2(-1, 0), depth);
+    let right = neighbour(pixel, vec2(1, 0), depth);
+    let above = neighbour(pixel, vec2(0, -1), depth);
+    let below = neighbour(pixel, vec2(0, 1), depth);
+    let normal = cross(difference(above, here, below), difference(left, here, right));
+    // Normalised twice: the square of a small length is no float.
+    let largest = max(abs(normal.x), max(abs(normal.y), abs(normal.z)));
+    if (largest < 1e-30) {
+        return vec3(0.0, 0.0, 1.0);
+    }
+    return normalize(normal / largest);
+}
+
+/// Ten bits for each component of a unit vector.
+fn packed(normal: vec3<f32>) -> u32 {
+    let bits = vec3<u32>(round(clamp(normal, vec3(-1.0), vec3(1.0)) * LENGTH + LENGTH));
+    return (bits.x << 20u) | (bits.y << 10u) | bits.z;
+}
+
+@compute @workgroup_size(TILE_WIDTH, TILE_HEIGHT)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    if (id.x >= frame.size.x || id.y >= frame.size.y) {
+        return;
+    }
+    let depth = depth_at(id.xy, 1u);
+    var normal = vec3(0.0);
+    if (depth < BACKGROUND) {
+        normal = normal_of_depth(id.xy, depth);
+    }
+    surfels[id.y * frame.size.x + id.x] = packed(normal);
+}
