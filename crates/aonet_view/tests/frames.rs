@@ -19,6 +19,9 @@ const PAPER_TOLERANCE: f32 = 4e-3;
 /// Mean difference where a horizon search takes part, as in aonet's own tests: a tap between two pixels may fall on either. Measured: 1.5e-4.
 const NETWORK_MEAN_TOLERANCE: f32 = 8e-4;
 
+/// Mean difference of connected arcs, likewise.
+const ARCS_MEAN_TOLERANCE: f32 = 2e-4;
+
 fn differences(a: &AoImage, b: &AoImage) -> (f32, f32) {
     assert_eq!((a.width(), a.height()), (b.width(), b.height()));
     let of: Vec<f32> = a.visibility().iter().zip(b.visibility()).map(|(a, b)| (a - b).abs()).collect();
@@ -252,6 +255,38 @@ fn the_second_layer_is_drawn_when_asked_for() {
     let black = picture.chunks_exact(4).map(|texel| texel[..3] == [0; 3]);
     assert_eq!(black.collect::<Vec<_>>(), some.iter().map(|d| d.is_infinite()).collect::<Vec<_>>());
     assert!(some.iter().any(|d| d.is_finite()) && some.iter().any(|d| d.is_infinite()));
+}
+
+/// Arcs read the layers that the last frame has, whatever the frames before had.
+#[test]
+fn arcs_read_the_second_layer_of_frames_that_have_one() {
+    let Some(device) = device() else { return };
+    let (tracer, view) = proposed(Kind::FurnishedRoom, Size::px(130, 70));
+    let view = view.surrounded(Surround { margin: 0.2, separation: Some(0.1) });
+    let small = aonet_scene::View { width: 96, height: 54, ..view.clone() };
+    let mut renderer = renderer(&device, tracer.scene(), window(&view));
+    let arcs = aonet::search::Classic::named("arcs").unwrap();
+    let plain = |view| FrameParams { methods: [Method::Arcs; 2], separation: None, ..frame(view) };
+    let deep = |view| FrameParams { separation: Some(0.1), ..plain(view) };
+    let frames =
+        [(&view, plain(&view)), (&view, deep(&view)), (&small, deep(&small)), (&small, plain(&small))];
+    for (view, frame) in frames {
+        renderer.resize(window(view)).unwrap();
+        draw(&device, &mut renderer, &frame);
+        let gbuffer = readback::drawn(&renderer, &frame.camera).unwrap().gbuffer;
+        assert_eq!(gbuffer.second().is_some(), frame.separation.is_some());
+        let found = readback::visibility(&renderer, Method::Arcs).unwrap();
+        let (mean, largest) = differences(&found, &arcs.run(&gbuffer, frame.params).unwrap());
+        eprintln!("arcs: mean {mean:e}, largest {largest:e}");
+        assert!(mean <= ARCS_MEAN_TOLERANCE, "{mean:e}");
+        if frame.separation.is_some() {
+            let first = GBuffer::new(*gbuffer.camera(), gbuffer.depth().to_vec(), gbuffer.normal().to_vec());
+            let first = first.unwrap().with_margin(gbuffer.window().margin()).unwrap();
+            let (change, _) = differences(&found, &arcs.run(&first, frame.params).unwrap());
+            eprintln!("the second layer changes {change:e}");
+            assert!(change > 5.0 * ARCS_MEAN_TOLERANCE, "{change:e}");
+        }
+    }
 }
 
 #[test]

@@ -76,9 +76,11 @@ pub(crate) fn run(args: &Args) -> Result<()> {
 /// Runs the method, and reports the device on stderr.
 #[cfg(feature = "gpu")]
 fn on_gpu(method: &Classic, (gbuffer, params): (&GBuffer, AoParams)) -> Result<(AoImage, Instant)> {
+    use aonet::gpu::Layers;
     let device = crate::device::gpu()?;
     let mut image = AoImage::open(gbuffer.window().size());
-    let mut session = aonet::gpu::Offscreen::classic(&device, method, gbuffer.window())?;
+    let layers = if gbuffer.second().is_some() { Layers::Two } else { Layers::One };
+    let mut session = aonet::gpu::Offscreen::classic_in_layers(&device, method, gbuffer.window(), layers)?;
     crate::device::announce(&device, session.precision());
     let start = Instant::now();
     session.run(gbuffer, params, &mut image)?;

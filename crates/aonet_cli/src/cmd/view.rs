@@ -21,7 +21,7 @@ use std::path::PathBuf;
 /// Without a scene, the scene is procedural. Without --view, the program places a camera. In the window: drag to turn, shift and
 /// drag to move, scroll to come nearer, W A S D Q E to walk, drop a .glb or .gltf to load it.
 #[derive(Debug, Parser)]
-#[command(after_help = "Methods: off, ssao, hbao, gtao, vbao, agtao, network, paper, reference.
+#[command(after_help = "Methods: off, ssao, hbao, gtao, vbao, agtao, arcs, network, paper, reference.
 Examples:
   aonet view
   aonet view robot.glb --method network --against reference

@@ -1,6 +1,7 @@
 //! Methods that compute visibility.
 
 use crate::{Error, Result};
+use aonet::gpu::Layers;
 use std::fmt;
 use std::str::FromStr;
 
@@ -19,6 +20,8 @@ pub enum Method {
     Vbao,
     /// Attenuated GTAO as the network sees it.
     Agtao,
+    /// Connected arcs, which read the second layer where a frame has one.
+    Arcs,
     /// The shipped network that corrects a horizon search, for any radius.
     #[default]
     Network,
@@ -30,13 +33,14 @@ pub enum Method {
 
 impl Method {
     /// All methods.
-    pub const ALL: [Self; 9] = [
+    pub const ALL: [Self; 10] = [
         Self::Off,
         Self::Ssao,
         Self::Hbao,
         Self::Gtao,
         Self::Vbao,
         Self::Agtao,
+        Self::Arcs,
         Self::Network,
         Self::Paper,
         Self::Reference,
@@ -51,10 +55,16 @@ impl Method {
             Self::Gtao => "gtao",
             Self::Vbao => "vbao",
             Self::Agtao => "agtao",
+            Self::Arcs => "arcs",
             Self::Network => "network",
             Self::Paper => "paper",
             Self::Reference => "reference",
         }
+    }
+
+    /// Layers of depth that it reads of frames with these layers.
+    pub(super) fn layers(self, of_frame: Layers) -> Layers {
+        if self == Self::Arcs { of_frame } else { Layers::One }
     }
 
     /// Its title in controls.
@@ -66,6 +76,7 @@ impl Method {
             Self::Gtao => "GTAO",
             Self::Vbao => "VBAO",
             Self::Agtao => "attenuated GTAO",
+            Self::Arcs => "connected arcs",
             Self::Network => "network",
             Self::Paper => "network of the paper",
             Self::Reference => "ray-traced reference",

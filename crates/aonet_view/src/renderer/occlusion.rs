@@ -8,7 +8,7 @@ use super::stopwatch::Stopwatch;
 use super::targets::{self, Target, Targets};
 use crate::{Error, Result};
 use aonet::Size;
-use aonet::gpu::{self, BoundFrame, DepthEncoding, FrameViews, Kernels, Options, wgpu};
+use aonet::gpu::{self, BoundFrame, DepthEncoding, FrameViews, Kernels, Layers, Options, wgpu};
 use aonet::net::gpu::Session;
 use aonet::net::{Model, shipped};
 use aonet::search::Classic;
@@ -34,6 +34,7 @@ pub(super) struct Occlusion {
 #[derive(Debug)]
 struct Running {
     method: Method,
+    layers: Layers,
     session: Runner,
     view: BoundFrame,
     visibility: Target,
@@ -62,14 +63,19 @@ impl Occlusion {
     /// When a method cannot run on the device, or memory is short.
     pub(super) fn prepare(&mut self, targets: &Targets, frame: &CheckedFrame) -> Result<()> {
         self.seen = frame.params.seen();
+        let of_frame = if frame.separation_units.is_some() { Layers::Two } else { Layers::One };
         for method in &self.seen {
             if *method == Method::Reference {
                 let reference = self.reference.as_mut().ok_or_else(|| {
                     Error::request("reference", "a tracer of the scene (Renderer::set_tracer)", "none")
                 })?;
                 reference.prepare(&self.gpu, targets)?;
-            } else if self.running.iter().all(|running| running.method != *method) {
-                self.running.extend(Running::new((&self.gpu, self.kernels), *method, targets)?);
+                continue;
+            }
+            let wanted = (*method, method.layers(of_frame));
+            if self.running.iter().all(|running| (running.method, running.layers) != wanted) {
+                self.running.retain(|running| running.method != *method);
+                self.running.extend(Running::new((&self.gpu, self.kernels), wanted, targets)?);
             }
         }
         Ok(())
@@ -111,7 +117,9 @@ impl Occlusion {
     /// When memory is short; the next frame then creates the methods again.
     pub(super) fn resize(&mut self, targets: &Targets) -> Result<()> {
         let seen = std::mem::take(&mut self.seen);
-        let kept = std::mem::take(&mut self.running).into_iter().filter(|r| seen.contains(&r.method));
+        // The textures of a second layer come with the next frame that has one.
+        let kept = |r: &Running| seen.contains(&r.method) && r.layers == Layers::One;
+        let kept = std::mem::take(&mut self.running).into_iter().filter(kept);
         self.running = kept.map(|running| running.resized(&self.gpu, targets)).collect::<Result<_>>()?;
         Ok(())
     }
@@ -148,9 +156,13 @@ impl Occlusion {
 }
 
 impl Running {
-    fn new((gpu, kernels): (&Gpu, Kernels), method: Method, targets: &Targets) -> Result<Option<Self>> {
-        let options =
-            Options { depth: DepthEncoding::Linear, output: targets::VISIBILITY, ..Options::default() };
+    fn new(
+        (gpu, kernels): (&Gpu, Kernels),
+        (method, layers): (Method, Layers),
+        targets: &Targets,
+    ) -> Result<Option<Self>> {
+        let (depth, output) = (DepthEncoding::Linear, targets::VISIBILITY);
+        let options = Options { depth, layers, output, ..Options::default() };
         let (pair, size) = ((&gpu.device, &gpu.queue), targets.window.buffer_size());
         let network = |bytes| {
             let model = Model::from_bytes(bytes)?;
@@ -160,14 +172,14 @@ impl Running {
             Method::Off | Method::Reference => return Ok(None),
             Method::Network => network(shipped::ANY_RADIUS)?,
             Method::Paper => network(shipped::PAPER)?,
-            Method::Ssao | Method::Hbao | Method::Gtao | Method::Vbao | Method::Agtao => {
+            Method::Ssao | Method::Hbao | Method::Gtao | Method::Vbao | Method::Agtao | Method::Arcs => {
                 let classic = Classic::named(method.name())?;
                 Runner::Classic(ClassicSession::new(pair, &classic, size, options)?)
             }
         };
         let visibility = Target::new(gpu, targets.window.size(), targets::VISIBILITY);
         let view = session.bind(textures(targets, &visibility))?;
-        Ok(Some(Self { method, session, view, visibility }))
+        Ok(Some(Self { method, layers, session, view, visibility }))
     }
 
     fn resized(mut self, gpu: &Gpu, targets: &Targets) -> Result<Self> {
