@@ -88,8 +88,8 @@ fn methods() -> Vec<Classic> {
     .collect()
 }
 
-/// Connected arcs by default, without a filter, and with many taps.
-fn arcs() -> [Classic; 3] {
+/// Connected arcs with each preset, without a filter, and with many taps.
+fn arcs() -> [Classic; 5] {
     let bare = [("denoise_passes", 0.0)];
     let many = [
         ("slices", 3.0),
@@ -101,7 +101,9 @@ fn arcs() -> [Classic; 3] {
         ("hidden_far", 0.3),
         ("power", 1.5),
     ];
-    [with("arcs", &[]), with("arcs", &bare), with("arcs", &many)]
+    let presets = ["arcs", "arcs:tuned", "arcs:deep"].map(|name| with(name, &[]));
+    let [plain, tuned, deep] = presets;
+    [plain, tuned, deep, with("arcs", &bare), with("arcs", &many)]
 }
 
 #[test]

@@ -47,9 +47,9 @@ filtered_params! {
         thickness: f32 = 0.3 in 0.01..=4.0,
         /// Light lost for each share that a surface is seen to block: above 1 makes up for surfaces between taps.
         hit: f32 = 1.1 in 0.5..=2.0,
-        /// Share of the light lost that passes behind occluders nearer than 0.4 of the AO radius.
+        /// Light lost for each share that passes behind occluders nearer than 0.4 of the AO radius.
         hidden_near: f32 = 0.5 in 0.0..=2.0,
-        /// Share of the light lost that passes behind farther ones.
+        /// Light lost for each share that passes behind farther ones: above 1 for what is farther behind.
         hidden_far: f32 = 1.0 in 0.0..=2.0,
         /// Exponent on the visibility.
         power: f32 = 1.0 in 0.2..=4.0,
@@ -328,31 +328,27 @@ impl<'a> Arcs<'a> {
         let radius = self.screen.radius;
         let squared = offset.dot(offset);
         let felt = now.valid & squared.le(radius * radius);
-        let before = &before[..earlier_steps(LAYERS)];
-        // Mostly there is nothing above the tangent plane.
-        let mut nearest = now.sector;
-        for step in before {
-            for earlier in step {
-                nearest = nearest.min(earlier.sector);
-            }
-        }
-        if !(felt & nearest.lt(SECTORS - 0.5)).any() {
-            return now;
-        }
         let (mut low, mut high) = (now.sector, now.sector);
-        for step in before {
+        for step in &before[..earlier_steps(LAYERS)] {
             for earlier in step {
+                // Mostly both lie below the tangent plane: there is no sector between them.
+                let between = earlier.sector.lt(now.sector) | now.sector.lt(earlier.sector);
+                let between = between & felt & earlier.valid;
+                if !between.any() {
+                    continue;
+                }
                 let joined = side.predicts(earlier, &now, tap.ray)
                     | side.predicts(&now, earlier, side.ray(earlier.pixels));
-                let joined = joined & earlier.valid;
+                let joined = joined & between;
                 low = joined.select(low.min(earlier.sector), low);
                 high = joined.select(high.max(earlier.sector), high);
             }
         }
         blocked.hit = blocked.hit | within(low, high, felt);
-        if layer + 1 == LAYERS {
+        let hides = felt & now.sector.lt(SECTORS - 0.5);
+        if layer + 1 == LAYERS && hides.any() {
             let end = side.sector(tap.ray.mul_add(self.behind(tap.ray, offset, squared), offset));
-            let hidden = within(now.sector.min(end), now.sector.max(end), felt).float_of_bits();
+            let hidden = within(now.sector.min(end), now.sector.max(end), hides).float_of_bits();
             let near = squared.le((NEAR * radius) * (NEAR * radius));
             blocked.near = blocked.near | near.select(hidden, 0.0).bits();
             blocked.far = blocked.far | near.select(0.0, hidden).bits();
