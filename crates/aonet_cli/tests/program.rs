@@ -232,7 +232,7 @@ fn classic_methods_run_are_tuned_and_drawn() {
     assert_eq!((&facts["method"], &facts["width"]), (&json!("gtao"), &json!(64)));
     assert!(desk.ok("classic --help").contains("thickness"));
     let gallery = desk.json("gallery frame.exr -o all.png --columns 3 --json");
-    assert_eq!(gallery["methods"].as_array().unwrap().len(), 8);
+    assert_eq!(gallery["methods"].as_array().unwrap().len(), 9);
     assert!(desk.path("all.png").exists() && desk.path("ao.exr").exists());
     for (line, word) in [
         ("classic gtoa frame.exr -o x.exr", "gtao"),
