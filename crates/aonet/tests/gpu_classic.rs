@@ -96,9 +96,9 @@ fn arcs() -> [Classic; 5] {
         ("steps", 16.0),
         ("distribution", 2.0),
         ("angle_bias", 0.0),
-        ("thickness", 1.0),
-        ("hidden_near", 1.5),
-        ("hidden_far", 0.3),
+        ("hidden_close", 1.5),
+        ("hidden_deep", 0.3),
+        ("off", 0.7),
         ("power", 1.5),
     ];
     let presets = ["arcs", "arcs:tuned", "arcs:deep"].map(|name| with(name, &[]));
@@ -201,10 +201,11 @@ fn a_changed_parameter_is_noticed() {
         ("vbao", "thickness", 0.5),
         ("vbao", "cosine", 1.0),
         ("agtao", "angle_bias", 6.0),
-        ("arcs", "thickness", 0.2),
-        ("arcs", "hit", 1.0),
-        ("arcs", "hidden_near", 0.4),
-        ("arcs", "hidden_far", 0.9),
+        ("arcs", "hit", 1.3),
+        ("arcs", "hidden_close", 0.2),
+        ("arcs", "hidden_middle", 1.4),
+        ("arcs", "hidden_deep", 0.9),
+        ("arcs", "off", 0.8),
         ("arcs", "angle_bias", 6.0),
     ] {
         let gbuffer = if name == "arcs" { &bars } else { &waves };

@@ -234,7 +234,18 @@ fn classic_methods_run_are_tuned_and_drawn() {
     let gallery = desk.json("gallery frame.exr -o all.png --columns 3 --json");
     assert_eq!(gallery["methods"].as_array().unwrap().len(), 9);
     assert!(desk.path("all.png").exists() && desk.path("ao.exr").exists());
+    desk.ok("classic arcs frame.exr -o ao.exr --shares shares.exr");
+    desk.ok("classic arcs:deep frame.exr -o ao.exr --shares shares.png");
+    let bytes = std::fs::read(desk.path("shares.exr")).unwrap();
+    for channel in ["open", "hit", "hidden.close", "hidden.middle", "hidden.deep", "off"] {
+        let name = format!("{channel}\0");
+        assert!(bytes.windows(name.len()).any(|found| found == name.as_bytes()), "{channel}");
+    }
+    assert!(desk.path("shares.png").exists());
     for (line, word) in [
+        ("classic gtao frame.exr -o x.exr --shares x.png", "arcs"),
+        ("classic arcs frame.exr -o x.exr --shares x.jpg", ".png"),
+        ("classic arcs frame.exr -o x.exr --shares x.png --device gpu", "--device cpu"),
         ("classic gtoa frame.exr -o x.exr", "gtao"),
         ("classic gtao frame.exr -o x.exr --set slices=0", "slices"),
         ("classic gtao frame.exr -o x.exr --set thickness=1", "thickness"),

@@ -4,6 +4,8 @@
 
 use crate::exr_file::{ExrFile, Plane, encode};
 use crate::frame::channels;
+use crate::picture;
+use aonet::search::{Share, Shares};
 use aonet::{AoImage, Size};
 use aonet_scene::atomic_file;
 use aonet_scene::error::{Error, Result};
@@ -39,6 +41,26 @@ pub fn save_ao(path: &Path, image: &AoImage) -> Result<()> {
         other => return Err(unknown(path, other)),
     };
     atomic_file::write(path, &bytes)
+}
+
+/// Writes shares of light as `.exr` (a 32-bit channel a share, by [`Share::name`]) or `.png` (as [`picture::shares`] mixes them).
+///
+/// # Errors
+/// When the extension is another one, or the file cannot be written; no partial file remains.
+pub fn save_shares(path: &Path, shares: &Shares) -> Result<()> {
+    match extension(path).as_str() {
+        "exr" => {
+            let plane = |share: Share| Plane {
+                name: share.name(),
+                samples: FlatSamples::F32(shares.plane(share).to_vec()),
+            };
+            let planes = Share::ALL.map(plane).into();
+            let bytes = encode(shares.size().into(), planes, None, None).map_err(Error::in_file(path))?;
+            atomic_file::write(path, &bytes)
+        }
+        "png" => picture::save_png(&picture::shares(shares), path),
+        other => Err(unknown(path, other)),
+    }
 }
 
 /// Reads an AO image: from an `.exr` the channel that [`Frame::load`](crate::frame::Frame::load) reads as AO, else

@@ -4,7 +4,7 @@
 // a distant wall no longer hides what a near edge takes, as the highest horizon alone would have it.
 
 use super::PixelMethod;
-use super::cubic::Cubic;
+use super::cubic::Spacing;
 use super::gtao::power;
 use super::noise::noise_at;
 use super::params::filtered_params;
@@ -14,9 +14,6 @@ use super::stride::Stride;
 use crate::simd::Simd;
 use crate::simd::lanes::F;
 use std::f32::consts::PI;
-
-/// Taps on each side of a slice at most.
-const MOST_STEPS: usize = 64;
 
 filtered_params! {
     /// Parameters of attenuated GTAO.
@@ -39,10 +36,8 @@ filtered_params! {
 }
 
 impl AgtaoParams {
-    /// Distance of a step's taps by jitter, as a share of the search's radius.
-    pub(crate) fn share(&self, step: usize) -> Cubic {
-        let (steps, exponent) = (f64::from(self.steps), f64::from(self.distribution));
-        Cubic::near(|jitter| ((jitter + step as f64) / steps).powf(exponent))
+    pub(crate) fn spacing(&self) -> Spacing {
+        Spacing::new(self.steps, self.distribution)
     }
 }
 
@@ -56,8 +51,7 @@ pub(crate) struct Agtao<'a> {
     cos_sin_bias: [f32; 2],
     /// From slice to slice.
     cos_sin_turn: [f32; 2],
-    /// Distance of each step's taps by jitter, as a share of the search's radius.
-    shares: [Cubic; MOST_STEPS],
+    spacing: Spacing,
 }
 
 /// The highest occluder so far on one side of a slice.
@@ -82,17 +76,13 @@ impl<'a> Agtao<'a> {
         let (sin, cos) = params.angle_bias.to_radians().sin_cos();
         let radius = screen.radius * params.radius_scale;
         let (turn_sin, turn_cos) = (PI / params.slices as f32).sin_cos();
-        let mut shares = [Cubic::ZERO; MOST_STEPS];
-        for (k, share) in shares[..params.steps as usize].iter_mut().enumerate() {
-            *share = params.share(k);
-        }
         Self {
             screen,
             params,
             squared_radius: radius * radius,
             cos_sin_bias: [cos, sin],
             cos_sin_turn: [turn_cos, turn_sin],
-            shares,
+            spacing: params.spacing(),
         }
     }
 
@@ -106,7 +96,7 @@ impl<'a> Agtao<'a> {
         let mut behind = Horizon::new(slice, -1.0, up + across);
         let mut lost = F::new(up.simd(), 0.0);
         let reach = p.radius_px * self.params.radius_scale;
-        for (k, share) in self.shares[..self.params.steps as usize].iter().enumerate() {
+        for (k, share) in self.spacing.steps().iter().enumerate() {
             let pixels = (share.at(jitter) * reach).max(1.0 + k as f32);
             let stride = Stride::new(self.screen, slice, pixels);
             lost += self.rise(p, slice, &stride, &mut ahead);

@@ -3,12 +3,13 @@
 // surface block the sectors between them, whatever is in front of them. A tap also hides what is behind it: light that
 // passes there is blocked with a probability. A second layer adds arcs of its own and hides only what is behind it.
 
-use super::PixelMethod;
-use super::cubic::Cubic;
-use super::gtao::power;
+use super::PixelShares;
+use super::cubic::Spacing;
 use super::noise::noise_at;
 use super::params::filtered_params;
 use super::screen::{Pixels, Screen};
+use super::shares::{GAPS, SHARES};
+use super::side::{Seen, Side, Tap, V2};
 use super::slice::Slice;
 use super::surfels::{LENGTH, Surfels, unpacked};
 use super::vbao::{SECTORS, sectors};
@@ -18,14 +19,8 @@ use crate::simd::integers::{Integer, U};
 use crate::simd::lanes::{F, Mask};
 use std::f32::consts::PI;
 
-/// Taps on each side of a slice at most.
-const MOST_STEPS: usize = 64;
-/// Two taps are on one surface if the plane of either misses the other by less than this share of the step on the plane.
-pub(crate) const CONNECTED: f32 = 0.7;
 /// Least cosine between a tap's normal and its ray that its plane is followed at. guess
 pub(crate) const MOST_GRAZING: f32 = 0.05;
-/// Occluders nearer than this share of the AO radius are near ones.
-pub(crate) const NEAR: f32 = 0.4;
 
 /// How many steps back a tap looks for its surface. With two layers it may have been hidden in between.
 pub(crate) const fn earlier_steps(layers: usize) -> usize {
@@ -43,24 +38,29 @@ filtered_params! {
         distribution: f32 = 1.4 in 1.0..=4.0,
         /// Occluders lower than so many degrees above the tangent plane do not count: hides coarse meshes.
         angle_bias: f32 = 3.0 in 0.0..=60.0,
-        /// How far behind an occluder light may be blocked (share of the AO radius).
-        thickness: f32 = 0.3 in 0.01..=4.0,
         /// Light lost for each share that a surface is seen to block: above 1 makes up for surfaces between taps.
-        hit: f32 = 1.1 in 0.5..=2.0,
-        /// Light lost for each share that passes behind occluders nearer than 0.4 of the AO radius.
-        hidden_near: f32 = 0.5 in 0.0..=2.0,
-        /// Light lost for each share that passes behind farther ones: above 1 for what is farther behind.
-        hidden_far: f32 = 1.0 in 0.0..=2.0,
+        hit: f32 = 1.0 in 0.5..=2.0,
+        /// Light lost for each share that passes behind an occluder by less than 0.1 of the AO radius.
+        hidden_close: f32 = 0.6 in 0.0..=2.0,
+        /// The same by 0.1 to 0.3 of the AO radius.
+        hidden_middle: f32 = 0.4 in 0.0..=2.0,
+        /// The same by more.
+        hidden_deep: f32 = 0.2 in 0.0..=2.0,
+        /// Light lost for each share that leaves the frame.
+        off: f32 = 0.0 in 0.0..=2.0,
         /// Exponent on the visibility.
         power: f32 = 1.0 in 0.2..=4.0,
     }
 }
 
 impl ArcsParams {
-    /// Distance of a step's taps by jitter, as a share of the AO radius.
-    pub(crate) fn share(&self, step: usize) -> Cubic {
-        let (steps, exponent) = (f64::from(self.steps), f64::from(self.distribution));
-        Cubic::near(|jitter| ((jitter + step as f64) / steps).powf(exponent))
+    pub(crate) fn spacing(&self) -> Spacing {
+        Spacing::new(self.steps, self.distribution)
+    }
+
+    /// Light lost for each share, in the order of [`SHARES`].
+    pub(crate) fn lost(&self) -> [f32; SHARES] {
+        [self.hit, self.hidden_close, self.hidden_middle, self.hidden_deep, self.off]
     }
 }
 
@@ -72,141 +72,32 @@ pub(crate) struct Arcs<'a> {
     layers: [(&'a [f32], &'a [f32]); 2],
     /// Of the angle bias.
     cos_sin_bias: [f32; 2],
-    /// Distance of each step's taps by jitter, as a share of the AO radius.
-    shares: [Cubic; MOST_STEPS],
-}
-
-/// A vector in the plane of a slice: along it, and towards the viewer.
-#[derive(Clone, Copy)]
-struct V2<S: Simd> {
-    along: F<S>,
-    towards: F<S>,
-}
-
-impl<S: Simd> V2<S> {
-    #[inline(always)]
-    fn dot(self, other: Self) -> F<S> {
-        self.along.mul_add(other.along, self.towards * other.towards)
-    }
-
-    /// This times `by` plus `plus`.
-    #[inline(always)]
-    fn mul_add(self, by: F<S>, plus: Self) -> Self {
-        Self { along: self.along.mul_add(by, plus.along), towards: self.towards.mul_add(by, plus.towards) }
-    }
-}
-
-/// One side of a slice.
-#[derive(Clone, Copy)]
-struct Side<'s, S: Simd> {
-    p: &'s Pixels<S>,
-    slice: &'s Slice<S>,
-    /// 1 along the slice, -1 against it.
-    sign: f32,
-    /// Where a step on the screen goes, for each world unit.
-    across: V2<S>,
-    /// Height of a pixel (world units): the first times the depth plus the second.
-    pixel_size: [f32; 2],
-    /// Cosine between the viewer and the lowest occluder that counts.
-    lowest: F<S>,
-    /// Sectors for each share of light.
-    scale: F<S>,
-    /// What is added before rounding to whole sectors: in [-0.5, 0.5).
-    dither: F<S>,
-}
-
-/// A place on a surface that a tap sees.
-#[derive(Clone, Copy)]
-struct Seen<S: Simd> {
-    /// Whether there is a surface.
-    valid: Mask<S>,
-    /// Signed distance on the screen (px), and depth (world units).
-    pixels: F<S>,
-    depth: F<S>,
-    /// Its normal in the plane of the slice, of any length.
-    normal: V2<S>,
-    /// Sectors between the viewer and it: a whole number.
-    sector: F<S>,
-}
-
-/// What a tap reads, and where.
-struct Tap<S: Simd> {
-    /// Row-major index of the pixel, and whether it lies in the frame.
-    index: U<S>,
-    inside: Mask<S>,
-    /// Signed distance on the screen (px).
-    pixels: F<S>,
-    /// Where its ray goes for each unit of depth.
-    ray: V2<S>,
-    /// From the centre of the pixel to the tap's place: right and up (px, by their height).
-    right: F<S>,
-    up: F<S>,
+    spacing: Spacing,
 }
 
 /// Sectors of one side.
 #[derive(Clone, Copy)]
 struct Blocked<S: Simd> {
     hit: U<S>,
-    near: U<S>,
-    far: U<S>,
+    /// Behind something seen by less than each of the gaps.
+    hidden: [U<S>; GAPS.len()],
+    off: U<S>,
 }
 
-impl<S: Simd> Side<'_, S> {
-    /// Where the ray of a place goes, so many pixels along: for each unit of depth.
+impl<S: Simd> Blocked<S> {
+    /// Sectors of each share: what is hit is not hidden, and what is hidden is not off.
     #[inline(always)]
-    fn ray(&self, pixels: F<S>) -> V2<S> {
-        let step = pixels * self.pixel_size[0];
-        V2 { along: step * self.across.along, towards: step.mul_add(self.across.towards, -self.p.ray_length) }
-    }
-
-    /// From the pixel to a place so many pixels along, at a depth.
-    #[inline(always)]
-    fn offset(&self, pixels: F<S>, depth: F<S>) -> V2<S> {
-        let step = pixels * depth.mul_add(self.pixel_size[0], self.pixel_size[1]);
-        let farther = depth + self.p.position.z;
-        let towards = step.mul_add(self.across.towards, -(farther * self.p.ray_length));
-        V2 { along: step * self.across.along, towards }
-    }
-
-    /// Sectors between the viewer and an offset: a whole number.
-    #[inline(always)]
-    fn sector(&self, offset: V2<S>) -> F<S> {
-        let cosine = offset.towards * offset.dot(offset).max(1e-36).rough_inverse_sqrt();
-        let light = self.slice.light_above(cosine.max(self.lowest).min(1.0), self.sign);
-        light.mul_add(self.scale, self.dither).max(0.0).min(SECTORS).round().float()
-    }
-
-    /// The pixel itself: arcs begin at the tangent plane.
-    #[inline(always)]
-    fn origin(&self) -> Seen<S> {
-        let (simd, slice) = (self.p.x.simd(), self.slice);
-        let zero = F::new(simd, 0.0);
-        Seen {
-            valid: zero.le(0.0),
-            pixels: zero,
-            depth: -self.p.position.z,
-            normal: V2 { along: slice.sin_n, towards: slice.cos_n },
-            sector: F::new(simd, SECTORS),
+    fn counts(&self) -> [F<S>; SHARES] {
+        let mut seen = self.hit;
+        let mut before = seen.count_ones().float();
+        let mut counts = [before; SHARES];
+        for i in 1..SHARES {
+            seen = seen | if i <= GAPS.len() { self.hidden[i - 1] } else { self.off };
+            let now = seen.count_ones().float();
+            counts[i] = now - before;
+            before = now;
         }
-    }
-
-    /// Whether the plane of one place predicts the depth of another, whose ray is given.
-    #[inline(always)]
-    fn predicts(&self, from: &Seen<S>, to: &Seen<S>, ray: V2<S>) -> Mask<S> {
-        // The ray meets the plane `fall / facing` nearer than `from`.
-        let size = from.depth.mul_add(self.pixel_size[0], self.pixel_size[1]);
-        let step = (to.pixels - from.pixels) * size;
-        let facing = ray.dot(from.normal);
-        let fall = step * self.across.dot(from.normal);
-        let miss = (to.depth - from.depth).mul_add(facing, fall);
-        // From `from` to there, times `facing`.
-        let across = step * facing;
-        let way = V2 {
-            along: across.mul_add(self.across.along, -(fall * ray.along)),
-            towards: across.mul_add(self.across.towards, -(fall * ray.towards)),
-        };
-        let in_front = F::new(fall.simd(), 0.0).lt(from.depth.mul_add(facing, -fall) * facing);
-        in_front & (miss * miss * ray.dot(ray)).lt(way.dot(way) * (CONNECTED * CONNECTED))
+        counts
     }
 }
 
@@ -219,10 +110,6 @@ fn within<S: Simd>(low: F<S>, high: F<S>, felt: Mask<S>) -> U<S> {
 impl<'a> Arcs<'a> {
     pub(crate) fn new(screen: &'a Screen<'a>, params: ArcsParams, surfels: &'a Surfels) -> Self {
         let (sin, cos) = params.angle_bias.to_radians().sin_cos();
-        let mut shares = [Cubic::ZERO; MOST_STEPS];
-        for (k, share) in shares[..params.steps as usize].iter_mut().enumerate() {
-            *share = params.share(k);
-        }
         let first = (screen.gbuffer().depth(), surfels.layer(0));
         let second = screen.gbuffer().second().map(|second| (&*second.depth, surfels.layer(1)));
         Self {
@@ -230,7 +117,7 @@ impl<'a> Arcs<'a> {
             params,
             layers: [first, second.unwrap_or((&[], &[]))],
             cos_sin_bias: [cos, sin],
-            shares,
+            spacing: params.spacing(),
         }
     }
 
@@ -253,31 +140,29 @@ impl<'a> Arcs<'a> {
         (Side { p, slice, sign, across, pixel_size, lowest, scale, dither: dither - 0.5 }, light)
     }
 
-    /// Share of its light that one side of a slice loses.
+    /// What becomes of the light on one side of a slice.
     #[inline(always)]
-    fn lost<S: Simd, const LAYERS: usize>(&self, side: &Side<'_, S>, jitter: F<S>) -> F<S> {
+    fn blocked<S: Simd, const LAYERS: usize>(&self, side: &Side<'_, S>, jitter: F<S>) -> Blocked<S> {
         let simd = jitter.simd();
         let none = 0u32.integer_lanes(simd);
-        let mut blocked = Blocked { hit: none, near: none, far: none };
+        let mut blocked = Blocked { hit: none, hidden: [none; GAPS.len()], off: none };
         let nothing = Seen { valid: F::new(simd, 1.0).le(0.0), ..side.origin() };
         // The tap before, and the one before that.
         let mut before = [[nothing; LAYERS]; 2];
         before[0][0] = side.origin();
-        for (k, share) in self.shares[..self.params.steps as usize].iter().enumerate() {
+        for (k, share) in self.spacing.steps().iter().enumerate() {
             let pixels = (share.at(jitter) * side.p.radius_px).max(1.0 + k as f32).min(65_536.0);
             let tap = self.tap(side, pixels * side.sign);
+            if (!tap.inside).any() {
+                blocked.off = blocked.off | self.off(side, &tap);
+            }
             let mut now = [nothing; LAYERS];
             for (layer, now) in now.iter_mut().enumerate() {
                 *now = self.look(side, &tap, layer, &before, &mut blocked);
             }
             before = [now, before[0]];
         }
-        let Blocked { hit, near, far } = blocked;
-        let near = near & (near - (near & hit));
-        let far = far & (far - (far & (hit | near)));
-        let (hit, near, far) = (hit.count_ones(), near.count_ones(), far.count_ones());
-        let hidden = near.float().mul_add(self.params.hidden_near, far.float() * self.params.hidden_far);
-        hit.float().mul_add(self.params.hit, hidden) * (1.0 / SECTORS)
+        blocked
     }
 
     /// Where a tap so many pixels along reads the frame.
@@ -347,30 +232,29 @@ impl<'a> Arcs<'a> {
         blocked.hit = blocked.hit | within(low, high, felt);
         let hides = felt & now.sector.lt(SECTORS - 0.5);
         if layer + 1 == LAYERS && hides.any() {
-            let end = side.sector(tap.ray.mul_add(self.behind(tap.ray, offset, squared), offset));
-            let hidden = within(now.sector.min(end), now.sector.max(end), hides).float_of_bits();
-            let near = squared.le((NEAR * radius) * (NEAR * radius));
-            blocked.near = blocked.near | near.select(hidden, 0.0).bits();
-            blocked.far = blocked.far | near.select(0.0, hidden).bits();
+            let (a, b) = (tap.ray.dot(tap.ray), tap.ray.dot(offset));
+            let leaves = self.crossing(a, b, squared)[1];
+            let along_ray = a.rough_inverse_sqrt() * radius;
+            for i in 0..GAPS.len() {
+                let end = side.sector(tap.ray.mul_add(leaves.min(along_ray * GAPS[i]), offset));
+                let hidden = within(now.sector.min(end), now.sector.max(end), hides);
+                blocked.hidden[i] = blocked.hidden[i] | hidden;
+            }
         }
         now
     }
 
-    /// How much deeper along its ray a place hides light: within the thickness, and the AO radius.
+    /// Shares of a pixel's light.
     #[inline(always)]
-    fn behind<S: Simd>(&self, ray: V2<S>, offset: V2<S>, squared: F<S>) -> F<S> {
-        let radius = self.screen.radius;
-        let (a, b, c) = (ray.dot(ray), ray.dot(offset), squared - radius * radius);
-        let leaves = (b.mul_add(b, -(a * c)).sqrt() - b) / a;
-        leaves.min(a.rough_inverse_sqrt() * (self.params.thickness * radius))
-    }
-
-    /// Share of a pixel's light that is lost.
-    #[inline(always)]
-    fn lost_share<S: Simd, const LAYERS: usize>(&self, p: &Pixels<S>, [turn, jitter]: [F<S>; 2]) -> F<S> {
+    fn shares_of<S: Simd, const LAYERS: usize>(
+        &self,
+        p: &Pixels<S>,
+        [turn, jitter]: [F<S>; 2],
+    ) -> [F<S>; SHARES] {
         let simd = p.x.simd();
         let inverse = 1.0 / self.params.slices as f32;
-        let (mut lost, mut open) = (F::new(simd, 0.0), F::new(simd, 0.0));
+        let zero = F::new(simd, 0.0);
+        let (mut shares, mut open) = ([zero; SHARES], zero);
         for s in 0..self.params.slices {
             let slice = Slice::towards(p, ((turn + s as f32) * (PI * inverse)).cos_sin_of_half_turn());
             let dither = jitter.mul_add(7.0, s as f32 * 0.414_214).fract();
@@ -378,23 +262,50 @@ impl<'a> Arcs<'a> {
             for sign in [1.0, -1.0] {
                 let (side, light) = self.side(p, &slice, sign, dither);
                 let light = light * slice.normal_length;
-                lost = self.lost::<S, LAYERS>(&side, jitter).mul_add(light, lost);
+                let counts = self.blocked::<S, LAYERS>(&side, jitter).counts();
+                for c in 0..SHARES {
+                    shares[c] = counts[c].mul_add(light, shares[c]);
+                }
                 open += light;
             }
         }
-        lost / open.max(1e-6)
+        let inverse = (1.0 / SECTORS) / open.max(1e-6);
+        for c in 0..SHARES {
+            shares[c] *= inverse;
+        }
+        shares
+    }
+
+    /// How much deeper along a ray it enters the sphere of the AO radius, and leaves it. The ray starts at an offset from the
+    /// pixel; `a` is its squared length, `b` its product with the offset, and `squared` the offset's squared length.
+    #[inline(always)]
+    fn crossing<S: Simd>(&self, a: F<S>, b: F<S>, squared: F<S>) -> [F<S>; 2] {
+        let c = squared - self.screen.radius * self.screen.radius;
+        let half = b.mul_add(b, -(a * c)).max(0.0).sqrt();
+        let inverse = 1.0 / a;
+        [(-half - b) * inverse, (half - b) * inverse]
+    }
+
+    /// Sectors of light that leaves the frame within the AO radius, for a tap outside of it.
+    #[inline(always)]
+    fn off<S: Simd>(&self, side: &Side<'_, S>, tap: &Tap<S>) -> U<S> {
+        let offset = side.offset(tap.pixels, -side.p.position.z);
+        let (a, b) = (tap.ray.dot(tap.ray), tap.ray.dot(offset));
+        let [enters, leaves] = self.crossing(a, b, offset.dot(offset));
+        let high = side.sector(tap.ray.mul_add(enters, offset));
+        let low = side.sector(tap.ray.mul_add(leaves, offset));
+        within(high.min(low), high.max(low), !tap.inside & enters.lt(leaves))
     }
 }
 
-impl PixelMethod for Arcs<'_> {
+impl PixelShares<SHARES> for Arcs<'_> {
     #[inline(always)]
-    fn visibility<S: Simd>(&self, p: &Pixels<S>, (x, y): (usize, usize)) -> F<S> {
+    fn shares<S: Simd>(&self, p: &Pixels<S>, (x, y): (usize, usize)) -> [F<S>; SHARES] {
         let noise = noise_at(p.x.simd(), x, y);
-        let lost = if self.layers[1].0.is_empty() {
-            self.lost_share::<S, 1>(p, noise)
+        if self.layers[1].0.is_empty() {
+            self.shares_of::<S, 1>(p, noise)
         } else {
-            self.lost_share::<S, 2>(p, noise)
-        };
-        power((1.0 - lost).saturate(), self.params.power)
+            self.shares_of::<S, 2>(p, noise)
+        }
     }
 }

@@ -11,7 +11,7 @@ pub(crate) struct Cubic([f32; 4]);
 
 impl Cubic {
     /// The constant 0.
-    pub(crate) const ZERO: Self = Self([0.0; 4]);
+    const ZERO: Self = Self([0.0; 4]);
 
     /// The one that meets a function in four places, the roots of a Chebyshev polynomial: nearly as close as one can be.
     // Newton's divided differences.
@@ -42,6 +42,34 @@ impl Cubic {
     #[inline(always)]
     pub(crate) fn at<S: Simd>(self, x: F<S>) -> F<S> {
         x.polynomial(self.0)
+    }
+}
+
+/// Taps on each side of a slice at most.
+const MOST_STEPS: usize = 64;
+
+/// Distances of the taps on a side of a slice from its pixel, as shares of the search's radius: for each step a cubic of
+/// the jitter.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Spacing {
+    cubics: [Cubic; MOST_STEPS],
+    steps: usize,
+}
+
+impl Spacing {
+    /// ((step + jitter) / steps) to the power of `exponent`: above 1, more taps lie near the pixel.
+    pub(crate) fn new(steps: u32, exponent: f32) -> Self {
+        let (of, exponent, steps) = (f64::from(steps), f64::from(exponent), steps as usize);
+        let mut cubics = [Cubic::ZERO; MOST_STEPS];
+        for (step, cubic) in cubics[..steps].iter_mut().enumerate() {
+            *cubic = Cubic::near(|jitter| ((jitter + step as f64) / of).powf(exponent));
+        }
+        Self { cubics, steps }
+    }
+
+    /// Step by step, outwards.
+    pub(crate) fn steps(&self) -> &[Cubic] {
+        &self.cubics[..self.steps]
     }
 }
 

@@ -10,11 +10,12 @@ use super::nnao_taps::NnaoParams;
 use super::nnao_weights::NnaoWeights;
 use super::pyramid::Pyramid;
 use super::screen::Screen;
+use super::shares::{SHARES, Shares, Weigh};
 use super::ssao::{Ssao, SsaoParams};
 use super::ssdo::{Ssdo, SsdoParams};
 use super::surfels::Surfels;
 use super::vbao::{Vbao, VbaoParams};
-use super::{Classic, NNAO_WEIGHTS, PixelMethod, Rows};
+use super::{Classic, NNAO_WEIGHTS, PixelMethod, PixelShares, Rows};
 use crate::error::{Error, Result};
 use crate::frame::ao_image::{AoImage, AoParams};
 use crate::frame::gbuffer::GBuffer;
@@ -62,7 +63,8 @@ enum Prepared {
     Gtao(GtaoParams, Pyramid),
     Vbao(VbaoParams),
     Agtao(AgtaoParams),
-    Arcs(ArcsParams, Surfels),
+    /// Row by row, share by share.
+    Arcs(ArcsParams, Surfels, Aligned),
 }
 
 impl Prepared {
@@ -79,7 +81,7 @@ impl Prepared {
             Classic::Gtao(p) => Self::Gtao(p, Pyramid::new(size, p.depth_levels, p.depth_offset)?),
             Classic::Vbao(p) => Self::Vbao(p),
             Classic::Agtao(p) => Self::Agtao(p),
-            Classic::Arcs(p) => Self::Arcs(p, Surfels::new(size)?),
+            Classic::Arcs(p) => Self::Arcs(p, Surfels::new(size)?, Aligned::zeros(size.pixels() * SHARES)?),
         })
     }
 }
@@ -109,11 +111,8 @@ impl Session {
     /// # Errors
     /// When the frame has another size or margin than the session, or the image another size than its picture.
     pub fn run(&mut self, gbuffer: &GBuffer, params: AoParams, image: &mut AoImage) -> Result<()> {
-        let window = self.memory.window;
-        if gbuffer.window() != window {
-            return Err(Error::size("G-buffer of a session", window, gbuffer.window()));
-        }
-        window.size().expect("AO image of a session", image.size())?;
+        self.memory.check(gbuffer)?;
+        self.memory.window.size().expect("AO image of a session", image.size())?;
         let screen = &Screen::new(gbuffer, params);
         let memory = &mut self.memory;
         match &mut self.method {
@@ -129,20 +128,37 @@ impl Session {
             }
             Prepared::Vbao(p) => memory.run(screen, &Vbao::new(screen, *p), p.denoise()),
             Prepared::Agtao(p) => memory.run(screen, &Agtao::new(screen, *p), p.denoise()),
-            Prepared::Arcs(p, surfels) => {
+            Prepared::Arcs(p, surfels, shares) => {
                 surfels.fill(screen, &mut memory.workers);
-                memory.run(screen, &Arcs::new(screen, *p, surfels), p.denoise());
+                find(&mut memory.workers, memory.isa, screen, &Arcs::new(screen, *p, surfels), shares);
+                memory.weigh(p, shares);
+                memory.filter(screen, p.denoise());
             }
         }
         memory.write(gbuffer, image);
         Ok(())
     }
 
+    /// Returns what the method knows of the light of a frame's picture, before it weighs and filters it.
+    ///
+    /// # Errors
+    /// When the frame has another size or margin than the session, or the method is not connected arcs: no other one tells shares.
+    pub fn shares(&mut self, gbuffer: &GBuffer, params: AoParams) -> Result<Shares> {
+        self.memory.check(gbuffer)?;
+        let Prepared::Arcs(p, surfels, shares) = &mut self.method else {
+            return Err(Error::value("method that tells shares", "arcs", "another one"));
+        };
+        let (memory, screen) = (&mut self.memory, &Screen::new(gbuffer, params));
+        surfels.fill(screen, &mut memory.workers);
+        find(&mut memory.workers, memory.isa, screen, &Arcs::new(screen, *p, surfels), shares);
+        Ok(Shares::of_picture(gbuffer, shares))
+    }
+
     /// Bytes of the images, the depth pyramid and the packed normals that the session owns.
     pub fn memory_bytes(&self) -> usize {
         let own = match &self.method {
             Prepared::Gtao(_, pyramid) => pyramid.len(),
-            Prepared::Arcs(_, surfels) => surfels.len(),
+            Prepared::Arcs(_, surfels, shares) => surfels.len() + shares.len(),
             _ => 0,
         };
         (self.memory.found.len() + self.memory.filtered.len() + own) * size_of::<f32>()
@@ -161,12 +177,34 @@ struct Memory {
 }
 
 impl Memory {
+    /// Refuses frames of another size or margin.
+    fn check(&self, gbuffer: &GBuffer) -> Result<()> {
+        if gbuffer.window() == self.window {
+            return Ok(());
+        }
+        Err(Error::size("G-buffer of a session", self.window, gbuffer.window()))
+    }
+
     /// Runs the method for all pixels, then the filter. The result is in `found`.
     fn run(&mut self, screen: &Screen<'_>, method: &impl PixelMethod, by: Denoise) {
-        let (width, isa) = (self.window.buffer_size().width(), self.isa);
-        self.workers.for_each_band_of(&mut self.found, BAND, width, |band| {
-            isa.run_on_pixels(Rows { screen, method, first: band.first, rows: band.values });
+        let Self { workers, found, isa, .. } = self;
+        find(workers, *isa, screen, method, found);
+        self.filter(screen, by);
+    }
+
+    /// Visibility from shares. The result is in `found`.
+    fn weigh(&mut self, params: &ArcsParams, shares: &[f32]) {
+        let (width, isa, lost, power) =
+            (self.window.buffer_size().width(), self.isa, params.lost(), params.power);
+        self.workers.for_each_band(&mut self.found, width, |band| {
+            let shares = &shares[band.first * width * SHARES..];
+            isa.run_on_pixels(Weigh { lost, power, shares, width, visibility: band.values });
         });
+    }
+
+    /// Filters what is in `found`.
+    fn filter(&mut self, screen: &Screen<'_>, by: Denoise) {
+        let (width, isa) = (self.window.buffer_size().width(), self.isa);
         for _ in 0..by.passes {
             let filter = Filter::new(screen, by, &self.found);
             self.workers.for_each_band(&mut self.filtered, width, |band| {
@@ -186,4 +224,17 @@ impl Memory {
             }
         }
     }
+}
+
+/// Writes the numbers that a method tells of each pixel: row by row, number by number.
+fn find<const N: usize>(
+    workers: &mut Workers,
+    isa: Isa,
+    screen: &Screen<'_>,
+    method: &impl PixelShares<N>,
+    numbers: &mut [f32],
+) {
+    workers.for_each_band_of(numbers, BAND, screen.size().width() * N, |band| {
+        isa.run_on_pixels(Rows { screen, method, first: band.first, rows: band.values });
+    });
 }

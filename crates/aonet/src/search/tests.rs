@@ -67,8 +67,10 @@ fn exact(name: &str) -> Classic {
             ("distribution", 1.0),
             ("angle_bias", 0.0),
             ("hit", 1.0),
-            ("hidden_near", 0.0),
-            ("hidden_far", 0.0),
+            ("hidden_close", 0.0),
+            ("hidden_middle", 0.0),
+            ("hidden_deep", 0.0),
+            ("off", 0.0),
         ],
         "nnao" => &[],
         _ => &[("samples", 256.0)],
@@ -203,6 +205,7 @@ fn horizons_converge_to_rays_where_nothing_is_hidden() {
         assert!(score.psnr > least, "{name}: {} dB", score.psnr);
         let coarse = Classic::named(name).unwrap().run(&frame, params).unwrap();
         let worse = metrics::compare(&truth, &coarse, Some(&inside)).unwrap().foreground.unwrap();
+        eprintln!("{name}: {:.1} dB, defaults {:.1} dB", score.psnr, worse.psnr);
         assert!(worse.psnr < score.psnr, "{name}: defaults {} dB", worse.psnr);
     }
 }
@@ -251,6 +254,78 @@ fn a_second_layer_shows_what_a_plate_hides() {
         assert!((open[i] - seen[i]).abs() < 0.02, "place {i}: {seen:?}, without the plate {open:?}");
         assert!(open[i] < 0.97 && hidden[i] > 0.98, "place {i}: {hidden:?}, without the plate {open:?}");
     }
+}
+
+/// Half the width of a plate, and its height above a wall.
+const PLATE: (f32, f32) = (0.7, 1.0);
+
+/// Shares of light at a place of the wall z = 0 under the plate, by rays that see the picture from above: |x| < `border`.
+fn shares_by_rays(x: f32, radius: f32, border: f32) -> [f32; Share::ALL.len()] {
+    let (half, height) = PLATE;
+    let rays = hemisphere::directions(4096, true);
+    let mut shares = [0.0; Share::ALL.len()];
+    for [dx, dy, dz] in &rays {
+        let crosses = height / dz;
+        let meets = crosses <= radius && (x + dx * crosses).abs() < half;
+        let ways = (1..=256).map(|k| radius * k as f32 / 256.0);
+        // The plate hides what is behind those of its places that lie within the radius.
+        let reach = radius * radius - height * height;
+        let under = |t: &f32| {
+            (x + dx * t).abs() < half && (dx * t).powi(2) + (dy * t).powi(2) < reach && dz * t < height
+        };
+        let gaps = ways.clone().filter(under).map(|t| height - dz * t);
+        let gap = gaps.fold(f32::INFINITY, f32::min) / radius;
+        let share = if meets {
+            Share::Hit
+        } else if gap.is_finite() {
+            [Share::HiddenClose, Share::HiddenMiddle, Share::HiddenDeep]
+                [shares::GAPS.iter().position(|most| gap < *most).unwrap()]
+        } else if ways.clone().any(|t| (x + dx * t).abs() > border) {
+            Share::Off
+        } else {
+            Share::Open
+        };
+        shares[share as usize] += 1.0 / rays.len() as f32;
+    }
+    shares
+}
+
+#[test]
+fn shares_of_light_beside_a_plate_and_at_the_border_are_those_of_rays() {
+    let wall = height_field(Size::px(240, 135), |x, _| if x.abs() < PLATE.0 { PLATE.1 } else { 0.0 });
+    let flat = vec![[0.0, 0.0, 1.0]; wall.depth().len()];
+    let frame = GBuffer::new(*wall.camera(), wall.depth().to_vec(), flat).unwrap();
+    let params = AoParams::new(1.5).unwrap();
+    let mut session = Session::new(&exact("arcs"), frame.size(), Options::default()).unwrap();
+    let found = session.shares(&frame, params).unwrap();
+    let border = 3.0 * 240.0 / 135.0;
+    for x in [138, 142, 148, 180, 215, 236] {
+        let place = frame.camera().position_view(x, 67, 5.0).x;
+        let expected = shares_by_rays(place, params.radius(), border);
+        let mean = |share| (60..75).map(|y| found.plane(share)[y * 240 + x]).sum::<f32>() / 15.0;
+        let found = Share::ALL.map(mean);
+        eprintln!("{place:.2}: {found:.3?}, by rays {expected:.3?}");
+        for (share, (found, expected)) in Share::ALL.iter().zip(found.iter().zip(expected)) {
+            assert!((found - expected).abs() < 0.02, "{share:?} at {place}: {found}, by rays {expected}");
+        }
+        assert!((found.iter().sum::<f32>() - 1.0).abs() < 1e-5);
+    }
+}
+
+/// What is open from below, what is not hit from above.
+#[test]
+fn visibility_lies_between_the_shares() {
+    let (frame, params) = (height_field(Size::px(120, 68), hill), AoParams::new(1.2).unwrap());
+    let mut session = Session::new(&exact("arcs"), frame.size(), Options::default()).unwrap();
+    let found = session.shares(&frame, params).unwrap();
+    for i in (0..120 * 68).step_by(7) {
+        let truth = marched(&frame, i, params.radius());
+        let [open, hit] = [Share::Open, Share::Hit].map(|share| found.plane(share)[i]);
+        assert!(open < truth + 0.03 && truth < 1.0 - hit + 0.03, "{i}: {open} to 1 - {hit}, rays {truth}");
+    }
+    let error =
+        Session::new(&exact("gtao"), frame.size(), Options::default()).unwrap().shares(&frame, params);
+    assert!(error.unwrap_err().to_string().contains("arcs"));
 }
 
 #[test]

@@ -7,6 +7,7 @@ use crate::setup;
 use anyhow::{Context, Result};
 use aonet::search::{Classic, Options, ParameterValue, Session};
 use aonet::{AoImage, AoParams, GBuffer};
+use aonet_lab::ao_file;
 use aonet_lab::frame::Frame;
 use clap::Parser;
 use std::path::PathBuf;
@@ -29,6 +30,9 @@ pub(crate) struct Args {
     /// One parameter, which overrides --preset; may be repeated. --help lists all parameters.
     #[arg(long, value_name = "NAME=VALUE", value_parser = assignment)]
     set: Vec<(String, f32)>,
+    /// Also write the shares of light that arcs finds: open, hit, hidden and off as channels of an .exr, or as colours of a .png.
+    #[arg(long, value_name = "FILE")]
+    shares: Option<PathBuf>,
     /// Where to compute; a GPU has all methods but nnao.
     #[arg(long, value_enum, default_value_t)]
     device: Device,
@@ -37,6 +41,7 @@ pub(crate) struct Args {
 const EXAMPLES: &str = "Examples:
   aonet classic gtao:tuned frame.exr -o ao.png
   aonet classic gtao frame.exr -o ao.exr --set slices=9 --set falloff=0.1
+  aonet classic arcs:deep frame.exr -o ao.exr --shares shares.png
   aonet classic vbao frame.exr -o ao.exr --preset tuned.json";
 
 /// The examples and every method's parameters.
@@ -64,9 +69,15 @@ pub(crate) fn run(args: &Args) -> Result<()> {
             let window = gbuffer.window();
             let mut session = Session::new(&method, window, options)?;
             let mut image = AoImage::open(window.size());
+            if let Some(path) = &args.shares {
+                ao_file::save_shares(path, &session.shares(&gbuffer, params).context("--shares")?)?;
+            }
             let start = Instant::now();
             session.run(&gbuffer, params, &mut image)?;
             (image, start)
+        }
+        Device::Gpu if args.shares.is_some() => {
+            anyhow::bail!("--shares: expected --device cpu, which computes them; found gpu")
         }
         Device::Gpu => on_gpu(&method, (&gbuffer, params))?,
     };

@@ -3,6 +3,7 @@
 mod text;
 
 use aonet::metrics::ERROR_SCALE;
+use aonet::search::{Share, Shares};
 use aonet::{AoImage, GBuffer};
 use aonet_scene::{Error, Result, atomic_file};
 use image::imageops::{self, FilterType};
@@ -35,6 +36,10 @@ const VIRIDIS: [[u8; 3]; 9] = [
     [170, 220, 50],
     [253, 231, 37],
 ];
+
+/// Colours of the shares of light, in the order of [`Share::ALL`]: open, hit, hidden (close, middle, deep), off.
+const SHARES: [[u8; 3]; Share::ALL.len()] =
+    [[255; 3], [0; 3], [213, 94, 0], [230, 159, 0], [240, 228, 66], [0, 114, 178]];
 
 /// Colours of errors: too dark, correct, too bright.
 const DIVERGING: [[u8; 3]; 5] = [[5, 48, 97], [67, 147, 195], [247, 247, 247], [214, 96, 77], [103, 0, 31]];
@@ -99,6 +104,18 @@ pub fn layers(gbuffer: &GBuffer) -> RgbImage {
             true => [0; 3],
             false => normal.map(|c| byte(brightness * (0.5 * c + 0.5))),
         }
+    })
+}
+
+/// Shares of light as a mixture of colours: open is white, hit black, hidden orange (close) to yellow (deep), off blue.
+pub fn shares(shares: &Shares) -> RgbImage {
+    let size = shares.size();
+    picture(size.width(), size.height(), |i| {
+        let mixed = |c: usize| {
+            let of = |(share, colour): (&Share, &[u8; 3])| shares.plane(*share)[i] * f32::from(colour[c]);
+            Share::ALL.iter().zip(&SHARES).map(of).sum::<f32>().round() as u8
+        };
+        [0, 1, 2].map(mixed)
     })
 }
 

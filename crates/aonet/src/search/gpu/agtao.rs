@@ -14,6 +14,6 @@ pub(crate) fn shader(surface: Surface, params: &AgtaoParams) -> Shader {
         .float("ATTENUATION", params.attenuation)
         .float("COS_BIAS", cos)
         .float("SIN_BIAS", sin)
-        .part(&slices::shares(params.steps, |step| params.share(step)))
+        .part(&slices::distances(&params.spacing()))
         .part(include_str!("agtao.wgsl"))
 }

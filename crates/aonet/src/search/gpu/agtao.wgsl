@@ -35,7 +35,7 @@ fn gathered(p: Pixel, s: Slice, jitter: f32) -> vec2<f32> {
     var right = Horizon(up - across, light_above(s, up - across, 1.0), 0.0);
     var left = Horizon(up + across, light_above(s, up + across, -1.0), 0.0);
     for (var k = 0u; k < STEPS; k++) {
-        let cubic = SHARES[k];
+        let cubic = DISTANCES[k];
         let share = cubic.x + jitter * (cubic.y + jitter * (cubic.z + jitter * cubic.w));
         let pixels = tap_distance(p, k, share);
         right = rise(p, s, pixels, 1.0, right);

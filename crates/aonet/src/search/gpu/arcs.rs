@@ -3,9 +3,11 @@
 use crate::gpu::shader::Shader;
 use crate::gpu::surface::Surface;
 use crate::search::ArcsParams;
-use crate::search::arcs::{CONNECTED, MOST_GRAZING, NEAR, earlier_steps};
+use crate::search::arcs::{MOST_GRAZING, earlier_steps};
 use crate::search::gpu::pixels::Reach;
 use crate::search::gpu::{slices, surfels};
+use crate::search::shares::{GAPS, SHARES};
+use crate::search::side::CONNECTED;
 use crate::search::surfels::LENGTH;
 use crate::search::vbao::SECTORS;
 
@@ -19,15 +21,14 @@ pub(crate) fn shader(surface: Surface, params: &ArcsParams) -> Shader {
         .float("SECTORS", SECTORS)
         .float("CONNECTED", CONNECTED)
         .float("LEAST_FACING", MOST_GRAZING * LENGTH)
-        .float("NEAR", NEAR)
         .float("COS_BIAS", cos)
         .float("SIN_BIAS", sin)
-        .float("THICKNESS", params.thickness)
-        .float("HIT", params.hit)
-        .float("HIDDEN_NEAR", params.hidden_near)
-        .float("HIDDEN_FAR", params.hidden_far);
+        .number("SHARES", SHARES);
+    let floats = |values: &[f32]| values.iter().map(|v| format!("{v:?}")).collect::<Vec<_>>().join(", ");
     surfels::with_normals(shader, layers)
-        .part(&slices::shares(steps, |step| params.share(step)))
+        .part(&slices::distances(&params.spacing()))
+        .part(&format!("const GAPS = array<f32, {}>({});", GAPS.len(), floats(&GAPS)))
+        .part(&format!("const LOST = array<f32, {SHARES}>({});", floats(&params.lost())))
         .part(include_str!("sectors.wgsl"))
         .part(include_str!("arcs.wgsl"))
 }

@@ -50,8 +50,9 @@ struct Tap {
 /// Sectors of one side.
 struct Blocked {
     hit: u32,
-    near: u32,
-    far: u32,
+    /// Behind something seen by less than each of the gaps.
+    hidden: array<u32, SHARES - 2>,
+    off: u32,
 }
 
 fn side_of(p: Pixel, s: Slice, sign: f32, dither: f32) -> Side {
@@ -98,13 +99,25 @@ fn predicts(side: Side, place: Seen, other: Seen, ray: vec2<f32>) -> bool {
     return in_front && miss * miss * dot(ray, ray) < dot(way, way) * (CONNECTED * CONNECTED);
 }
 
-/// How much deeper along its ray a place hides light: within the thickness, and the AO radius.
-fn behind(ray: vec2<f32>, offset: vec2<f32>) -> f32 {
+/// How much deeper along a ray it enters the sphere of the AO radius, and leaves it. The ray starts at an offset from the pixel.
+fn crossing(ray: vec2<f32>, offset: vec2<f32>) -> vec2<f32> {
     let a = dot(ray, ray);
     let b = dot(ray, offset);
     let c = dot(offset, offset) - frame.radius * frame.radius;
-    let leaves = (sqrt(max(b * b - a * c, 0.0)) - b) / a;
-    return min(leaves, inverseSqrt(a) * (THICKNESS * frame.radius));
+    let half_way = sqrt(max(b * b - a * c, 0.0));
+    return vec2(-half_way - b, half_way - b) / a;
+}
+
+/// Sectors of light that leaves the frame within the AO radius, for a tap outside of it.
+fn off_at(s: Slice, side: Side, pixels: f32) -> u32 {
+    let ray = ray_to(side, pixels);
+    let offset = offset_to(side, pixels, side.depth);
+    let ways = crossing(ray, offset);
+    if (ways.x >= ways.y) {
+        return 0u;
+    }
+    let ends = vec2(sector_of(s, side, offset + ray * ways.x), sector_of(s, side, offset + ray * ways.y));
+    return sectors(u32(min(ends.x, ends.y)), u32(max(ends.x, ends.y)));
 }
 
 /// What a tap sees in a layer; nothing on the background.
@@ -121,7 +134,7 @@ fn seen_by(p: Pixel, s: Slice, side: Side, tap: Tap, layer: u32) -> Seen {
     return Seen(true, tap.pixels, depth, turned, sector_of(s, side, offset_to(side, tap.pixels, depth)));
 }
 
-/// Light that one side of a slice loses, as a share of it.
+/// Light that one side of a slice loses, as a share of it: what is hit is not hidden, and what is hidden is not off.
 fn lost_on(p: Pixel, s: Slice, side: Side, jitter: f32) -> f32 {
     // What the steps before saw: the last one first, layer by layer. Arcs begin at the tangent plane.
     var before: array<Seen, EARLIER * LAYERS>;
@@ -129,9 +142,9 @@ fn lost_on(p: Pixel, s: Slice, side: Side, jitter: f32) -> f32 {
     for (var i = 1u; i < EARLIER * LAYERS; i++) {
         before[i] = Seen(false, 0.0, 1.0, vec2(0.0), SECTORS);
     }
-    var blocked = Blocked(0u, 0u, 0u);
+    var blocked: Blocked;
     for (var k = 0u; k < STEPS; k++) {
-        let cubic = SHARES[k];
+        let cubic = DISTANCES[k];
         let share = cubic.x + jitter * (cubic.y + jitter * (cubic.z + jitter * cubic.w));
         let pixels = min(max(share * p.radius_px, 1.0 + f32(k)), LONGEST) * side.sign;
         let right_up = s.direction * pixels;
@@ -168,13 +181,16 @@ fn lost_on(p: Pixel, s: Slice, side: Side, jitter: f32) -> f32 {
                 }
                 blocked.hit |= sectors(u32(low), u32(high));
                 if (layer + 1u == LAYERS && here.sector < SECTORS) {
-                    let end = sector_of(s, side, offset + tap.ray * behind(tap.ray, offset));
-                    let hidden = sectors(u32(min(here.sector, end)), u32(max(here.sector, end)));
-                    let is_near = squared <= (NEAR * frame.radius) * (NEAR * frame.radius);
-                    blocked.near |= select(0u, hidden, is_near);
-                    blocked.far |= select(hidden, 0u, is_near);
+                    let leaves = crossing(tap.ray, offset).y;
+                    let along_ray = inverseSqrt(dot(tap.ray, tap.ray)) * frame.radius;
+                    for (var i = 0u; i < SHARES - 2; i++) {
+                        let end = sector_of(s, side, offset + tap.ray * min(leaves, along_ray * GAPS[i]));
+                        blocked.hidden[i] |= sectors(u32(min(here.sector, end)), u32(max(here.sector, end)));
+                    }
                 }
             }
+        } else {
+            blocked.off |= off_at(s, side, pixels);
         }
         for (var i = EARLIER * LAYERS; i > LAYERS; i--) {
             before[i - 1u] = before[i - 1u - LAYERS];
@@ -183,10 +199,20 @@ fn lost_on(p: Pixel, s: Slice, side: Side, jitter: f32) -> f32 {
             before[layer] = now[layer];
         }
     }
-    let near = blocked.near & ~blocked.hit;
-    let far = blocked.far & ~(blocked.hit | near);
-    let hidden = f32(countOneBits(near)) * HIDDEN_NEAR + f32(countOneBits(far)) * HIDDEN_FAR;
-    return (f32(countOneBits(blocked.hit)) * HIT + hidden) / SECTORS;
+    var seen = blocked.hit;
+    var counted = f32(countOneBits(seen));
+    var lost = counted * LOST[0];
+    for (var i = 1u; i < SHARES; i++) {
+        if (i < SHARES - 1) {
+            seen |= blocked.hidden[i - 1];
+        } else {
+            seen |= blocked.off;
+        }
+        let count = f32(countOneBits(seen));
+        lost += (count - counted) * LOST[i];
+        counted = count;
+    }
+    return lost / SECTORS;
 }
 
 fn visibility_at(p: Pixel, noise: vec2<f32>) -> f32 {

@@ -2,7 +2,7 @@
 
 use crate::gpu::shader::Shader;
 use crate::gpu::surface::Surface;
-use crate::search::cubic::Cubic;
+use crate::search::cubic::Spacing;
 use crate::search::gpu::pixels::{self, Reach};
 use crate::search::slice::MOST_GRAZING;
 
@@ -21,12 +21,14 @@ pub(crate) fn bare(surface: Surface, (slices, steps): (u32, u32), reach: Reach) 
 }
 
 /// Where the taps are: a cubic of the jitter for every step, as on the CPU.
-pub(crate) fn shares(steps: u32, share: impl Fn(usize) -> Cubic) -> String {
-    let cubics: Vec<_> = (0..steps as usize)
+pub(crate) fn distances(spacing: &Spacing) -> String {
+    let cubics: Vec<_> = spacing
+        .steps()
+        .iter()
         .map(|step| {
-            let [c0, c1, c2, c3] = share(step).coefficients();
+            let [c0, c1, c2, c3] = step.coefficients();
             format!("vec4({c0:?}, {c1:?}, {c2:?}, {c3:?})")
         })
         .collect();
-    format!("const SHARES = array<vec4<f32>, STEPS>({});", cubics.join(", "))
+    format!("const DISTANCES = array<vec4<f32>, STEPS>({});", cubics.join(", "))
 }
