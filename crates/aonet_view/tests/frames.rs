@@ -19,8 +19,8 @@ const PAPER_TOLERANCE: f32 = 4e-3;
 /// Mean difference where a horizon search takes part, as in aonet's own tests: a tap between two pixels may fall on either. Measured: 1.5e-4.
 const NETWORK_MEAN_TOLERANCE: f32 = 8e-4;
 
-/// Mean difference of connected arcs, likewise, in an image of half floats.
-const ARCS_MEAN_TOLERANCE: f32 = 6e-4;
+/// Mean difference of connected arcs. Measured: 2.5e-4, nearly all of it the rounding of an image of half floats.
+const ARCS_MEAN_TOLERANCE: f32 = 4e-4;
 
 fn differences(a: &AoImage, b: &AoImage) -> (f32, f32) {
     assert_eq!((a.width(), a.height()), (b.width(), b.height()));
@@ -284,7 +284,7 @@ fn arcs_read_the_second_layer_of_frames_that_have_one() {
             let first = first.unwrap().with_margin(gbuffer.window().margin()).unwrap();
             let (change, _) = differences(&found, &arcs.run(&first, frame.params).unwrap());
             eprintln!("the second layer changes {change:e}");
-            assert!(change > 2.0 * ARCS_MEAN_TOLERANCE, "{change:e}");
+            assert!(change > 20.0 * ARCS_MEAN_TOLERANCE, "{change:e}");
         }
     }
 }

@@ -195,8 +195,8 @@ fn horizons_converge_to_rays_where_nothing_is_hidden() {
     let params = AoParams::new(1.2).unwrap();
     let truth: Vec<f32> = (0..120 * 68).map(|i| marched(&frame, i, params.radius())).collect();
     let truth = AoImage::new(Size::px(120, 68), truth).unwrap();
-    // Measured: 45.3 and 43.7 dB.
-    for (name, least) in [("gtao", 44.0), ("vbao", 42.5), ("agtao", 42.5), ("arcs", 38.0)] {
+    // Measured: 45.3, 43.7, 45.4 and 45.6 dB.
+    for (name, least) in [("gtao", 44.0), ("vbao", 42.5), ("agtao", 42.5), ("arcs", 44.0)] {
         let image = exact(name).run(&frame, params).unwrap();
         // The frame ends where the field does not.
         let inside: Vec<bool> =
@@ -306,7 +306,8 @@ fn shares_of_light_beside_a_plate_and_at_the_border_are_those_of_rays() {
         let found = Share::ALL.map(mean);
         eprintln!("{place:.2}: {found:.3?}, by rays {expected:.3?}");
         for (share, (found, expected)) in Share::ALL.iter().zip(found.iter().zip(expected)) {
-            assert!((found - expected).abs() < 0.02, "{share:?} at {place}: {found}, by rays {expected}");
+            // Measured: 0.005, at the border.
+            assert!((found - expected).abs() < 0.01, "{share:?} at {place}: {found}, by rays {expected}");
         }
         assert!((found.iter().sum::<f32>() - 1.0).abs() < 1e-5);
     }
