@@ -91,10 +91,11 @@ impl<S: Simd> Blocked<S> {
         let mut seen = self.hit;
         let mut before = seen.count_ones().float();
         let mut counts = [before; SHARES];
-        for i in 1..SHARES {
-            seen = seen | if i <= GAPS.len() { self.hidden[i - 1] } else { self.off };
+        let [close, middle, deep] = self.hidden;
+        for (count, more) in counts[1..].iter_mut().zip(&[close, middle, deep, self.off]) {
+            seen = seen | *more;
             let now = seen.count_ones().float();
-            counts[i] = now - before;
+            *count = now - before;
             before = now;
         }
         counts
@@ -235,10 +236,9 @@ impl<'a> Arcs<'a> {
             let (a, b) = (tap.ray.dot(tap.ray), tap.ray.dot(offset));
             let leaves = self.crossing(a, b, squared)[1];
             let along_ray = a.rough_inverse_sqrt() * radius;
-            for i in 0..GAPS.len() {
-                let end = side.sector(tap.ray.mul_add(leaves.min(along_ray * GAPS[i]), offset));
-                let hidden = within(now.sector.min(end), now.sector.max(end), hides);
-                blocked.hidden[i] = blocked.hidden[i] | hidden;
+            for (hidden, gap) in blocked.hidden.iter_mut().zip(&GAPS) {
+                let end = side.sector(tap.ray.mul_add(leaves.min(along_ray * *gap), offset));
+                *hidden = *hidden | within(now.sector.min(end), now.sector.max(end), hides);
             }
         }
         now
@@ -270,8 +270,8 @@ impl<'a> Arcs<'a> {
             }
         }
         let inverse = (1.0 / SECTORS) / open.max(1e-6);
-        for c in 0..SHARES {
-            shares[c] *= inverse;
+        for share in &mut shares {
+            *share *= inverse;
         }
         shares
     }

@@ -24,14 +24,25 @@ impl Lens {
 
     /// View-space position of a pixel at a depth.
     pub(super) fn position(&self, x: usize, y: usize, depth: f64) -> DVec3 {
+        self.place([x as f64, y as f64], depth)
+    }
+
+    /// View-space position of a place (x, y) of the screen (px) at a depth.
+    pub(super) fn place(&self, [x, y]: [f64; 2], depth: f64) -> DVec3 {
         let [width, height] =
             self.focal_px.map(|focal| if self.perspective { depth / focal } else { 1.0 / focal });
-        DVec3::new((x as f64 - self.centre[0]) * width, (self.centre[1] - y as f64) * height, -depth)
+        DVec3::new((x - self.centre[0]) * width, (self.centre[1] - y) * height, -depth)
     }
 
     /// Unit vector from a pixel towards the camera.
     pub(super) fn to_viewer(&self, x: usize, y: usize) -> DVec3 {
         if self.perspective { -self.position(x, y, 1.0).normalize() } else { DVec3::Z }
+    }
+
+    /// Unit vector away from the camera through a place (x, y) of the screen (px).
+    #[cfg(test)]
+    pub(super) fn ray(&self, at: [f64; 2]) -> DVec3 {
+        (self.place(at, 2.0) - self.place(at, 1.0)).normalize()
     }
 
     /// How many pixels are as high as a length (world units) at a depth.

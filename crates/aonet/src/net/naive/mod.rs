@@ -2,6 +2,8 @@
 //! of the runtimes: search, features and operations are written again from their definitions. (Only the noise pattern of the
 //! search is shared: it is data.)
 
+#[cfg(test)]
+mod arcs;
 mod features;
 mod filter;
 mod lens;

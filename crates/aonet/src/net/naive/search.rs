@@ -35,21 +35,21 @@ pub(super) fn search(config: &SearchConfig, gbuffer: &GBuffer, params: AoParams)
 }
 
 /// A plane through a pixel and the viewer.
-struct Slice {
+pub(super) struct Slice {
     /// Direction on the screen, y up.
-    direction: [f64; 2],
+    pub(super) direction: [f64; 2],
     /// Unit vector in the slice, across the viewer.
     along: DVec3,
     /// How far a vector goes towards the viewer once it is moved into the slice along the tangent plane.
     towards: DVec3,
     /// Length of the normal's projection into the slice.
-    normal_length: f64,
+    pub(super) normal_length: f64,
     /// Angle of the projection from the viewer, positive along the slice (rad).
     normal_angle: f64,
 }
 
 impl Slice {
-    fn new(normal: DVec3, viewer: DVec3, angle: f64) -> Self {
+    pub(super) fn new(normal: DVec3, viewer: DVec3, angle: f64) -> Self {
         let direction = DVec3::new(angle.cos(), angle.sin(), 0.0);
         let along = (direction - viewer * direction.dot(viewer)).normalize();
         let axis = direction.cross(viewer).normalize();
@@ -66,7 +66,7 @@ impl Slice {
     }
 
     /// Light between the viewer and a horizon with this cosine on the side of `sign`.
-    fn light_above(&self, cosine: f64, sign: f64) -> f64 {
+    pub(super) fn light_above(&self, cosine: f64, sign: f64) -> f64 {
         let (t, n) = (cosine.clamp(-1.0, 1.0).acos(), sign * self.normal_angle);
         0.5 * (t.sin().powi(2) * n.cos() + (t - t.sin() * t.cos()) * n.sin())
     }
@@ -78,7 +78,7 @@ impl Slice {
     }
 
     /// Cosine between the viewer and a horizon so low that coarse meshes do not rise above it.
-    fn lowest(&self, bias: f64, sign: f64) -> f64 {
+    pub(super) fn lowest(&self, bias: f64, sign: f64) -> f64 {
         let n = self.normal_angle;
         n.cos().max(0.0) * bias.sin() - sign * n.sin() * bias.cos()
     }

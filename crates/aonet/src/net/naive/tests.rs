@@ -1,6 +1,10 @@
 //! The oracle by hand, and the runtimes' search and features against it.
 
 use super::*;
+use crate::frame::camera::{Camera, Projection};
+use crate::frame::gbuffer::{GBuffer, SecondLayer};
+use crate::frame::size::Size;
+use crate::search::{self, ArcsParams, Classic, Options, Share};
 
 fn ramp(shape: (usize, usize, usize)) -> Planes {
     Planes::from_fn(shape, |c, y, x| (c * 100 + y * 10 + x) as f32)
@@ -53,4 +57,66 @@ fn softmax_of_a_flat_wall_is_the_mean_normal() {
     let kernels = Planes::from_fn((48, 4, 4), |k, y, x| (k * 7 % 5) as f32 + y as f32 - x as f32);
     let out = kernel_predict(&kernels, &guide, 1, KernelWeights::Softmax);
     assert!(out.values.iter().all(|v| (v - 1.4 / 3.0).abs() < 1e-6));
+}
+
+/// Shelves of different depths before a slanted floor and a wall, the sky between them, and a second layer behind the shelves.
+fn shelves(projection: Projection, layers: usize) -> GBuffer<'static> {
+    let (width, height) = (96, 64);
+    let camera = Camera::new(projection, Size::px(width, height)).unwrap();
+    let ground = |i: usize| 6.0 - 0.02 * (i / width) as f32;
+    let shelf = |i: usize| {
+        let (x, y) = (i % width, i / width);
+        (x % 24 < 7 || y % 20 < 4).then(|| 3.0 + 0.4 * ((x / 24 + y / 20) % 4) as f32 + 0.004 * x as f32)
+    };
+    let sky = |i: usize| i % width > 80 && i / width < 12;
+    let pixels = || 0..width * height;
+    let first = |i: usize| shelf(i).unwrap_or_else(|| if sky(i) { f32::INFINITY } else { ground(i) });
+    let normal = |i: usize| {
+        let normal: [f32; 3] = if shelf(i).is_some() { [-0.1, 0.0, 1.0] } else { [0.0, 0.4, 1.0] };
+        let length = normal.iter().map(|c| c * c).sum::<f32>().sqrt();
+        if first(i).is_finite() { normal.map(|c| c / length) } else { [0.0; 3] }
+    };
+    let frame = GBuffer::new(
+        camera,
+        pixels().map(first).collect::<Vec<_>>(),
+        pixels().map(normal).collect::<Vec<_>>(),
+    );
+    if layers == 1 {
+        return frame.unwrap();
+    }
+    // Behind every other shelf is one more.
+    let second = |i: usize| if i % width / 24 % 2 == 0 { ground(i) } else { 4.8 };
+    let behind = |i: usize| if shelf(i).is_some() { second(i) } else { f32::INFINITY };
+    let depth = pixels().map(behind).collect::<Vec<_>>();
+    frame.unwrap().with_second(SecondLayer { depth: depth.into(), normal: None }).unwrap()
+}
+
+#[test]
+fn connected_arcs_tell_the_shares_of_their_definition() {
+    let params = AoParams::new(1.5).unwrap();
+    for projection in [Projection::Perspective { fov_y: 1.0 }, Projection::Orthographic { height: 5.0 }] {
+        for layers in [1, 2] {
+            let frame = shelves(projection, layers);
+            for arcs in [ArcsParams::default(), ArcsParams { slices: 2, steps: 12, ..ArcsParams::default() }]
+            {
+                let expected = arcs::shares(&arcs, &frame, params);
+                let mut session =
+                    search::Session::new(&Classic::Arcs(arcs), frame.size(), Options::default()).unwrap();
+                let found = session.shares(&frame, params).unwrap();
+                let pixels = frame.depth().len();
+                for (c, share) in Share::ALL[1..].iter().enumerate() {
+                    let expected = &expected.values[c * pixels..][..pixels];
+                    let off = found.plane(*share).iter().zip(expected).map(|(a, b)| (a - b).abs());
+                    let mean = off.sum::<f32>() / pixels as f32;
+                    let share_of_light = expected.iter().sum::<f32>() / pixels as f32;
+                    eprintln!(
+                        "{projection:?}, {layers} layers, {share:?}: mean {mean:e} of {share_of_light}"
+                    );
+                    // Measured: 2.2e-5.
+                    assert!(mean < 2e-4, "{projection:?}, {layers} layers, {share:?}: {mean:e}");
+                    assert!(share_of_light > 5e-3, "{share:?}: nothing to see");
+                }
+            }
+        }
+    }
 }

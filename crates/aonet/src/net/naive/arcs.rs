@@ -1,0 +1,221 @@
+//! Connected arcs of a frame, pixel by pixel in f64: what becomes of a pixel's light.
+//!
+//! A side of a slice has 32 sectors of equal light between the viewer and the tangent plane. Two taps on one surface block the
+//! sectors between them. Light that passes behind a tap of the last layer is hidden, and light that leaves the frame is off.
+
+use super::Planes;
+use super::screen::Screen;
+use super::search::Slice;
+use crate::frame::ao_image::AoParams;
+use crate::frame::gbuffer::GBuffer;
+use crate::search::{ArcsParams, noise_of};
+use glam::DVec3;
+use std::f64::consts::PI;
+
+const SECTORS: f64 = 32.0;
+/// How far a plane may miss a place on the same surface: share of the step on the plane.
+const CONNECTED: f64 = 0.7;
+/// Least cosine between a normal and a ray that a plane is followed at.
+const MOST_GRAZING: f64 = 0.05;
+/// Light is hidden by less than these (share of the AO radius).
+const GAPS: [f64; 3] = [0.1, 0.3, 4.0];
+
+/// 5xHxW shares before any filter: hit, hidden by less than each gap but not by less than the one before, off; 0 on the background.
+pub(super) fn shares(arcs: &ArcsParams, gbuffer: &GBuffer, params: AoParams) -> Planes {
+    let screen = Screen::new(gbuffer, params);
+    let (width, height) = (gbuffer.width(), gbuffer.height());
+    let of = |i: usize| match gbuffer.is_foreground(i) {
+        true => screen.shares(arcs, i % width, i / width),
+        false => [0.0; 5],
+    };
+    let pixels: Vec<_> = (0..width * height).map(of).collect();
+    Planes::from_fn((5, height, width), |c, y, x| pixels[y * width + x][c] as f32)
+}
+
+/// One side of a slice.
+struct Side<'a> {
+    slice: &'a Slice,
+    sign: f64,
+    /// View space: the pixel, and from there towards the viewer.
+    pixel: DVec3,
+    viewer: DVec3,
+    /// Cosine between the viewer and the lowest occluder that counts.
+    lowest: f64,
+    /// Light above the tangent plane.
+    light: f64,
+    /// In [-0.5, 0.5).
+    dither: f64,
+}
+
+impl Side<'_> {
+    /// Sectors between the viewer and a place: a whole number.
+    fn sector(&self, place: DVec3) -> u32 {
+        let offset = place - self.pixel;
+        let cosine = offset.dot(self.viewer) / offset.length().max(1e-18);
+        let light = self.slice.light_above(cosine.clamp(self.lowest, 1.0), self.sign);
+        (light * SECTORS / self.light + self.dither).clamp(0.0, SECTORS).round_ties_even() as u32
+    }
+
+    /// Distances from a place at which a ray from there, of unit length, enters and leaves the sphere around the pixel.
+    fn crossing(&self, place: DVec3, ray: DVec3, radius: f64) -> Option<[f64; 2]> {
+        let offset = place - self.pixel;
+        let (b, c) = (ray.dot(offset), offset.length_squared() - radius * radius);
+        (b * b > c).then(|| [-b - (b * b - c).sqrt(), -b + (b * b - c).sqrt()])
+    }
+}
+
+/// A place on a surface that a tap sees.
+#[derive(Clone, Copy)]
+struct Seen {
+    place: DVec3,
+    normal: DVec3,
+    /// Away from the viewer, of unit length.
+    ray: DVec3,
+    sector: u32,
+}
+
+/// Whether the plane of one place predicts another one.
+fn predicts(from: &Seen, to: &Seen) -> bool {
+    // How far the ray of `to` goes on from there to the plane.
+    let facing = to.ray.dot(from.normal);
+    let beyond = (from.place - to.place).dot(from.normal) / facing;
+    let met = to.place + to.ray * beyond;
+    met.z < 0.0 && beyond.abs() < CONNECTED * (met - from.place).length()
+}
+
+/// Bits from one sector up to, not including, the other.
+fn between(a: u32, b: u32) -> u64 {
+    let (low, high) = (a.min(b), a.max(b));
+    ((1 << high) - 1) & !((1u64 << low) - 1)
+}
+
+impl Screen<'_> {
+    fn shares(&self, params: &ArcsParams, x: usize, y: usize) -> [f64; 5] {
+        let (normal, viewer) = (self.normal(x, y), self.lens.to_viewer(x, y));
+        let [turn, jitter] = noise_of(x, y).map(f64::from);
+        let bias = f64::from(params.angle_bias).to_radians();
+        let (mut shares, mut open) = ([0.0; 5], 0.0);
+        for s in 0..params.slices {
+            let slice = Slice::new(normal, viewer, (turn + f64::from(s)) * PI / f64::from(params.slices));
+            let dither = (jitter * 7.0 + f64::from(s) * 0.414_214).fract() - 0.5;
+            let jitter = (jitter + f64::from(s) * 0.618_034).fract();
+            for sign in [1.0, -1.0] {
+                let light = slice.light_above(slice.lowest(0.0, sign), sign).max(1e-6);
+                let lowest = slice.lowest(bias, sign);
+                let pixel = self.lens.position(x, y, self.depth(x, y));
+                let side = Side { slice: &slice, sign, pixel, viewer, lowest, light, dither };
+                let counts = self.counts(params, [x, y], &side, jitter);
+                let light = light * slice.normal_length;
+                shares.iter_mut().zip(counts).for_each(|(share, count)| *share += count * light / SECTORS);
+                open += light;
+            }
+        }
+        shares.map(|share| share / open)
+    }
+
+    /// Sectors of each share on one side of a slice.
+    fn counts(&self, params: &ArcsParams, [x, y]: [usize; 2], side: &Side<'_>, jitter: f64) -> [f64; 5] {
+        let reach_px = self.lens.projected_px(self.radius, self.depth(x, y));
+        let layers = if self.gbuffer.second().is_some() { 2 } else { 1 };
+        let [along, up] = side.slice.direction;
+        // Hit, hidden by each gap, off.
+        let mut bits = [0u64; 5];
+        let ray = -side.viewer;
+        let itself = Seen { place: side.pixel, normal: self.normal(x, y), ray, sector: SECTORS as u32 };
+        let mut before = vec![vec![itself]];
+        for step in 0..params.steps {
+            let share = (jitter + f64::from(step)) / f64::from(params.steps);
+            let pixels = side.sign
+                * (share.powf(f64::from(params.distribution)) * reach_px).max(1.0 + f64::from(step));
+            let [right, down] = [along * pixels * self.lens.columns_for_a_row(), -up * pixels];
+            let at = [x as f64 + right, y as f64 + down];
+            let [column, row] = [x as f64 + right.round_ties_even(), y as f64 + down.round_ties_even()];
+            let (width, height) = (self.gbuffer.width() as f64, self.gbuffer.height() as f64);
+            if !((0.0..width).contains(&column) && (0.0..height).contains(&row)) {
+                let place = self.lens.place(at, self.depth(x, y));
+                let ray = self.lens.ray(at);
+                if let Some(ways) = side.crossing(place, ray, self.radius) {
+                    let [high, low] = ways.map(|way| side.sector(place + ray * way));
+                    bits[4] |= between(high, low);
+                }
+                before = [vec![vec![]], before].concat();
+                continue;
+            }
+            let mut now = Vec::new();
+            for layer in 0..layers {
+                let Some(seen) = self.seen(side, [column as usize, row as usize], at, layer) else {
+                    continue;
+                };
+                now.push(seen);
+                if (seen.place - side.pixel).length() > self.radius {
+                    continue;
+                }
+                for earlier in before.iter().take(layers).flatten() {
+                    if predicts(earlier, &seen) || predicts(&seen, earlier) {
+                        bits[0] |= between(seen.sector, earlier.sector);
+                    }
+                }
+                if layer + 1 == layers {
+                    let [_, leaves] =
+                        side.crossing(seen.place, seen.ray, self.radius).expect("inside the sphere");
+                    for (bits, gap) in bits[1..4].iter_mut().zip(GAPS) {
+                        let end = side.sector(seen.place + seen.ray * leaves.min(gap * self.radius));
+                        *bits |= between(seen.sector, end);
+                    }
+                }
+            }
+            before = [vec![now], before].concat();
+        }
+        let mut counted = 0;
+        bits.map(|bits| {
+            let new = bits & !counted;
+            counted |= bits;
+            f64::from(new.count_ones())
+        })
+    }
+
+    /// What a place of the screen sees in a layer, by the pixel nearest to it.
+    fn seen(&self, side: &Side<'_>, [column, row]: [usize; 2], at: [f64; 2], layer: usize) -> Option<Seen> {
+        let (depth, normal) = match layer {
+            0 => (self.depth(column, row), self.normal(column, row)),
+            _ => (self.depth_behind(column, row), self.normal_behind(column, row)),
+        };
+        if !depth.is_finite() {
+            return None;
+        }
+        // The place at the same depth moves along its ray until it is on the pixel's plane.
+        let (place, ray) = (self.lens.place(at, depth), self.lens.ray(at));
+        let beside = (place - self.lens.position(column, row, depth)).dot(normal);
+        let per_depth = 1.0 / -ray.z;
+        let facing = (ray.dot(normal) * per_depth).min(-MOST_GRAZING);
+        let place = place - ray * per_depth * (beside / facing);
+        Some(Seen { place, normal, ray, sector: side.sector(place) })
+    }
+
+    fn depth_behind(&self, x: usize, y: usize) -> f64 {
+        let second = self.gbuffer.second().expect("a second layer");
+        f64::from(second.depth[y * self.gbuffer.width() + x])
+    }
+
+    /// Unit normal of the second layer: across the differences to the nearer of the neighbours on each axis.
+    fn normal_behind(&self, x: usize, y: usize) -> DVec3 {
+        let (width, height) = (self.gbuffer.width(), self.gbuffer.height());
+        let here = self.depth_behind(x, y);
+        let place = |x, y| self.lens.position(x, y, self.depth_behind(x, y));
+        let step = |before: Option<[usize; 2]>, after: Option<[usize; 2]>| {
+            let change = |[x, y]: [usize; 2]| (self.depth_behind(x, y) - here).abs();
+            let [b, a] = [before, after].map(|at| at.map_or(f64::INFINITY, change));
+            match (before, after) {
+                (Some([px, py]), _) if b <= a && b.is_finite() => Some(place(x, y) - place(px, py)),
+                (_, Some([px, py])) if a.is_finite() => Some(place(px, py) - place(x, y)),
+                _ => None,
+            }
+        };
+        let across = step((x > 0).then(|| [x - 1, y]), (x + 1 < width).then_some([x + 1, y]));
+        let down = step((y > 0).then(|| [x, y - 1]), (y + 1 < height).then_some([x, y + 1]));
+        match (across, down) {
+            (Some(across), Some(down)) => down.cross(across).normalize_or(DVec3::Z),
+            _ => DVec3::Z,
+        }
+    }
+}
