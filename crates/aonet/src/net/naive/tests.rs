@@ -85,7 +85,7 @@ fn shelves(projection: Projection, layers: usize) -> GBuffer<'static> {
         return frame.unwrap();
     }
     // Behind every other shelf is one more.
-    let second = |i: usize| if i % width / 24 % 2 == 0 { ground(i) } else { 4.8 };
+    let second = |i: usize| if (i % width / 24).is_multiple_of(2) { ground(i) } else { 4.8 };
     let behind = |i: usize| if shelf(i).is_some() { second(i) } else { f32::INFINITY };
     let depth = pixels().map(behind).collect::<Vec<_>>();
     frame.unwrap().with_second(SecondLayer { depth: depth.into(), normal: None }).unwrap()
