@@ -29,7 +29,7 @@ pub(super) fn search_cost(method: &Classic) -> Option<SearchCost> {
         Classic::Vbao(p) if p.cosine == 1 => (180.0, 200.0),
         Classic::Vbao(_) => (100.0, 85.0),
         Classic::Agtao(_) => (160.0, 80.0),
-        Classic::Arcs(_) => (160.0, 280.0),
+        Classic::Arcs(_) => (160.0, 360.0),
         Classic::Nnao(_) => return None,
     };
     let search = AROUND + parameter(method, "slices") * slice + f64::from(method.taps()) * tap;
