@@ -134,7 +134,7 @@ fn every_method_gives_the_cpus_image() {
 }
 
 #[test]
-fn arcs_of_two_layers_are_the_cpus() {
+fn methods_of_two_layers_are_the_cpus() {
     let Some(device) = device() else { return };
     let parallel = waves_through(Projection::Orthographic { height: 4.0 }, Size::px(61, 83));
     let off_centre = waves_seen_by(common::off_centre(Size::px(120, 83)));
@@ -147,7 +147,8 @@ fn arcs_of_two_layers_are_the_cpus() {
         behind_bars(&off_centre),
     ] {
         let size = gbuffer.size();
-        for method in arcs() {
+        let bitmasks = [with("vbao", &[]), with("vbao:tuned", &[]), with("vbao", &[("cosine", 1.0)])];
+        for method in arcs().into_iter().chain(bitmasks) {
             let expected = method.run(&gbuffer, params()).unwrap();
             let session = session_for(&device, &method, &gbuffer);
             let found = run(&device, &session, &gbuffer);

@@ -18,6 +18,7 @@ mod cmd {
     pub(crate) mod gallery;
     pub(crate) mod infer;
     pub(crate) mod info;
+    pub(crate) mod ladder;
     pub(crate) mod paper;
     pub(crate) mod render;
     pub(crate) mod trace;
@@ -57,6 +58,7 @@ enum Command {
     Calibrate(cmd::calibrate::Args),
     Eval(cmd::eval::Args),
     Flicker(cmd::flicker::Args),
+    Ladder(cmd::ladder::Args),
     Export(cmd::export::Args),
     Info(cmd::info::Args),
     Bench(cmd::bench::Args),
@@ -114,6 +116,7 @@ fn run(command: Command) -> anyhow::Result<Outcome> {
         Command::Calibrate(args) => cmd::calibrate::run(&args)?,
         Command::Eval(args) => cmd::eval::run(&args)?,
         Command::Flicker(args) => cmd::flicker::run(&args)?,
+        Command::Ladder(args) => cmd::ladder::run(&args)?,
         Command::Export(args) => cmd::export::run(&args)?,
         Command::Info(args) => cmd::info::run(&args)?,
         Command::Bench(args) => cmd::bench::run(&args)?,

@@ -9,6 +9,7 @@ pub mod eval;
 mod exr_file;
 pub mod flicker;
 pub mod frame;
+pub mod ladder;
 mod network_inputs;
 pub mod nnao;
 pub mod onnx;

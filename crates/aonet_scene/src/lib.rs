@@ -6,6 +6,7 @@ pub mod error;
 pub mod gbuffer;
 #[cfg(feature = "gpu")]
 pub mod gpu;
+pub mod knowledge;
 pub mod random;
 pub mod reference;
 pub mod scene;

@@ -111,7 +111,7 @@ fn towards(normal: DVec3, side: Vec3A) -> DVec3 {
 /// Points of the unit disk in a spiral. The directions on the hemisphere above them are cosine-weighted
 /// (Malley's method).
 // Vogel 1979: equal areas, successive angles the golden angle apart.
-struct Disk {
+pub(crate) struct Disk {
     seed: u64,
     points: Vec<Spoke>,
 }
@@ -137,29 +137,50 @@ pub(crate) fn spiral(n: u32, group: usize) -> Vec<Spoke> {
 }
 
 impl Disk {
-    fn new(sampling: Sampling) -> Self {
+    pub(crate) fn new(sampling: Sampling) -> Self {
         Self { seed: sampling.seed, points: spiral(sampling.spp, FAN) }
     }
 
-    /// The open share of a pixel's rays. Each pixel turns the spiral and shifts it outwards at random.
+    /// The open share of a pixel's rays.
     fn visibility(&self, tracer: &Tracer, point: &Point, radius: f32) -> f32 {
-        let random = first_bits(self.seed ^ first_bits(point.pixel));
-        let (turn, shift) = (unit(random >> 32), unit(random & 0xffff_ffff));
-        let world_from_local = turned_frame(point.normal, turn);
-        let n = self.points.len() as f32;
+        let turned = Turned::new(self, point);
         let mut fan = Fan::new(point.origin, point.geo_normal, radius);
         let mut open = 0;
-        for points in self.points.chunks(FAN) {
+        for spokes in self.points.chunks(FAN) {
             fan.rays = 0;
-            for (i, point) in points.iter().enumerate() {
-                let area = ((point.index + shift) / n).min(1.0);
-                let r = area.sqrt();
-                let local = Vec3A::new(r * point.cos, r * point.sin, (1.0 - area).sqrt());
-                fan.set(i, world_from_local * local);
+            for (i, spoke) in spokes.iter().enumerate() {
+                fan.set(i, turned.direction(spoke));
             }
             open += (fan.rays & !tracer.blocked(&fan)).count_ones();
         }
-        open as f32 / n
+        open as f32 / turned.rays
+    }
+
+    /// The directions of a pixel's rays.
+    pub(crate) fn directions(&self, point: &Point) -> impl Iterator<Item = Vec3A> {
+        let turned = Turned::new(self, point);
+        self.points.iter().map(move |spoke| turned.direction(spoke))
+    }
+}
+
+/// The spiral of a pixel: each pixel turns it and shifts it outwards at random.
+struct Turned {
+    world_from_local: Mat3A,
+    shift: f32,
+    rays: f32,
+}
+
+impl Turned {
+    fn new(disk: &Disk, point: &Point) -> Self {
+        let random = first_bits(disk.seed ^ first_bits(point.pixel));
+        let (turn, shift) = (unit(random >> 32), unit(random & 0xffff_ffff));
+        Self { world_from_local: turned_frame(point.normal, turn), shift, rays: disk.points.len() as f32 }
+    }
+
+    fn direction(&self, spoke: &Spoke) -> Vec3A {
+        let area = ((spoke.index + self.shift) / self.rays).min(1.0);
+        let r = area.sqrt();
+        self.world_from_local * Vec3A::new(r * spoke.cos, r * spoke.sin, (1.0 - area).sqrt())
     }
 }
 

@@ -139,7 +139,8 @@ impl<'a> GBuffer<'a> {
         &self.normal
     }
 
-    /// What lies behind, where it is known. [`Classic::Arcs`](crate::search::Classic::Arcs) reads it.
+    /// What lies behind, where it is known. [`Classic::Arcs`](crate::search::Classic::Arcs) and
+    /// [`Classic::Vbao`](crate::search::Classic::Vbao) read it.
     pub fn second(&self) -> Option<&SecondLayer<'a>> {
         self.second.as_ref()
     }

@@ -73,7 +73,7 @@ pub enum Classic {
     Nnao(NnaoParams),
     /// Ground-truth ambient occlusion. Jimenez et al. 2016.
     Gtao(GtaoParams),
-    /// Visibility bitmask. Therrien et al. 2023.
+    /// Visibility bitmask, which reads the second layer. Therrien et al. 2023.
     Vbao(VbaoParams),
     /// GTAO that attenuates every occluder by its own distance: ours.
     Agtao(AgtaoParams),

@@ -110,7 +110,7 @@ impl Pyramid {
         // Half a cell less half a pixel.
         let middle = side.mul_add(0.5, -0.5);
         let (x, y) = (column.float().mul_add(side, middle), row.float().mul_add(side, middle));
-        Tap { position: screen.position(x, y, index.gather(&self.depth)), index, inside }
+        Tap { position: screen.position(x, y, index.gather(&self.depth)), place: (x, y), index, inside }
     }
 }
 

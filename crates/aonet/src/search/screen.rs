@@ -52,6 +52,8 @@ pub(crate) struct Pixels<S: Simd> {
 pub(crate) struct Tap<S: Simd> {
     /// View-space position; far away on the background.
     pub(crate) position: V3<S>,
+    /// Column and row of the pixel.
+    pub(crate) place: (F<S>, F<S>),
     /// Row-major index of the pixel.
     pub(crate) index: U<S>,
     /// Whether the place lies in the frame.
@@ -163,7 +165,14 @@ impl<'a> Screen<'a> {
         let ([column, row], inside) = self.nearest(place);
         let index = row * self.gbuffer.width() as u32 + column;
         let depth = index.gather(self.gbuffer.depth()).min(BACKGROUND);
-        Tap { position: self.position(column.float(), row.float(), depth), index, inside }
+        let place = (column.float(), row.float());
+        Tap { position: self.position(place.0, place.1, depth), place, index, inside }
+    }
+
+    /// View-space position of what another layer, of these HxW depths, shows there; far away where it shows nothing.
+    #[inline(always)]
+    pub(crate) fn behind<S: Simd>(&self, tap: &Tap<S>, depths: &[f32]) -> V3<S> {
+        self.position(tap.place.0, tap.place.1, tap.index.gather(depths).min(BACKGROUND))
     }
 
     /// View-space normal of a pixel; zero on the background.

@@ -244,15 +244,18 @@ fn a_second_layer_shows_what_a_plate_hides() {
     let behind = |i: usize| if covered(i) { bare.depth()[i] } else { f32::INFINITY };
     let second = SecondLayer { depth: all.map(behind).collect::<Vec<_>>().into(), normal: None };
     let two = one.clone().with_second(second).unwrap();
-    let [open, seen, hidden] = [&bare, &two, &one].map(|frame| {
-        let image = exact("arcs").run(frame, AoParams::new(1.0).unwrap()).unwrap();
-        // Beside the ridge, on the wall.
-        let mean = |x: usize| (60..75).map(|y| at(&image, x, y)).sum::<f32>() / 15.0;
-        [130, 133, 136].map(mean)
-    });
-    for i in 0..3 {
-        assert!((open[i] - seen[i]).abs() < 0.02, "place {i}: {seen:?}, without the plate {open:?}");
-        assert!(open[i] < 0.97 && hidden[i] > 0.98, "place {i}: {hidden:?}, without the plate {open:?}");
+    for name in ["arcs", "vbao"] {
+        let [open, seen, hidden] = [&bare, &two, &one].map(|frame| {
+            let image = exact(name).run(frame, AoParams::new(1.0).unwrap()).unwrap();
+            // Beside the ridge, on the wall.
+            let mean = |x: usize| (60..75).map(|y| at(&image, x, y)).sum::<f32>() / 15.0;
+            [130, 133, 136].map(mean)
+        });
+        for i in 0..3 {
+            let what = format!("{name}, place {i}, without the plate {open:?}");
+            assert!((open[i] - seen[i]).abs() < 0.02, "{what}: {seen:?}");
+            assert!(open[i] < 0.97 && hidden[i] > 0.98, "{what}: {hidden:?}");
+        }
     }
 }
 

@@ -1,13 +1,14 @@
 //! Visibility bitmask: the occluded part of a slice as a set of sectors, so that light passes behind occluders.
 // Therrien, Levesque, Gilet 2023, Screen Space Indirect Lighting with Visibility Bitmask; what Bevy ships as SSAO. The
 // sectors there are equal angles; with `cosine` ours are equal shares of the slice's cosine-weighted light. The
-// thickness there is a length in the world; here it is a share of the AO radius.
+// thickness there is a length in the world; here it is a share of the AO radius. A second layer is a slab of its own, as thick
+// as the first.
 
 use super::PixelMethod;
 use super::gtao::{power, taper};
 use super::noise::noise_at;
 use super::params::filtered_params;
-use super::screen::{Pixels, Screen};
+use super::screen::{Pixels, Screen, Tap};
 use super::slice::Slice;
 use crate::simd::Simd;
 use crate::simd::integers::{Integer, U};
@@ -47,11 +48,14 @@ pub(crate) const SECTORS: f32 = 32.0;
 pub(crate) struct Vbao<'a> {
     screen: &'a Screen<'a>,
     params: VbaoParams,
+    /// Depths of the second layer, if there is one.
+    second: Option<&'a [f32]>,
 }
 
 impl<'a> Vbao<'a> {
     pub(crate) fn new(screen: &'a Screen<'a>, params: VbaoParams) -> Self {
-        Self { screen, params }
+        let second = screen.gbuffer().second().map(|second| &*second.depth);
+        Self { screen, params, second }
     }
 
     /// The occluded sectors of a slice.
@@ -71,14 +75,26 @@ impl<'a> Vbao<'a> {
         occluded
     }
 
-    /// The sectors that a tap so many pixels away on one side occludes.
+    /// The sectors that a tap so many pixels away on one side occludes: the slab that each layer is.
     #[inline(always)]
     fn behind_tap<S: Simd>(&self, p: &Pixels<S>, bounds: &Bounds<'_, S>, pixels: F<S>, sign: f32) -> U<S> {
-        let slice = bounds.slice;
+        let tap = self.screen.tap(bounds.slice.place(p, pixels * sign));
+        let first = self.behind_front(p, bounds, &tap, sign);
+        match self.second {
+            Some(depths) => {
+                let second = Tap { position: self.screen.behind(&tap, depths), ..tap };
+                first | self.behind_front(p, bounds, &second, sign)
+            }
+            None => first,
+        }
+    }
+
+    /// The sectors behind a surface, as far as it is taken to be thick.
+    #[inline(always)]
+    fn behind_front<S: Simd>(&self, p: &Pixels<S>, bounds: &Bounds<'_, S>, tap: &Tap<S>, sign: f32) -> U<S> {
         let radius = self.screen.radius * self.params.radius_scale;
         let thickness = self.screen.radius * self.params.thickness;
-        let tap = self.screen.tap(slice.place(p, pixels * sign));
-        let front = slice.project(p, &tap);
+        let front = bounds.slice.project(p, tap);
         let behind = front.towards - thickness;
         let inverse_reach = behind.mul_add(behind, front.along * front.along).max(1e-36).inverse_sqrt();
         // Angles from the viewer; those behind are larger.

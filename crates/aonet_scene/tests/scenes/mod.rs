@@ -1,4 +1,5 @@
 //! Scenes of which the reference AO is known in closed form.
+#![allow(dead_code, reason = "each test program uses some of it")]
 
 use aonet_scene::{Scene, View};
 use glam::Vec3;

@@ -17,14 +17,27 @@ fn share_below(s: Slice, ends: vec2<f32>, angle: f32) -> f32 {
     return saturate((angle - s.n) / PI + 0.5);
 }
 
-/// The sectors that a tap so many pixels away on one side occludes.
+/// The sectors that a tap so many pixels away on one side occludes: the slab that each layer is.
 fn behind_tap(p: Pixel, s: Slice, ends: vec2<f32>, pixels: f32, sign: f32) -> u32 {
     let place = p.at + offset_in(s, pixels * sign);
-    let front = project(p, s, shown_at(place));
+    if (!inside(place)) {
+        return 0u;
+    }
+    let pixel = nearest(place);
+    var occluded = 0u;
+    for (var layer = 0u; layer < LAYERS; layer++) {
+        let position = position_at(pixel, depth_at(vec2<u32>(pixel), layer));
+        occluded |= behind_front(s, ends, project(p, s, position), sign);
+    }
+    return occluded;
+}
+
+/// The sectors behind a surface, as far as it is taken to be thick.
+fn behind_front(s: Slice, ends: vec2<f32>, front: vec2<f32>, sign: f32) -> u32 {
     let back = front - vec2(frame.radius * THICKNESS, 0.0);
     let squared = max(dot(front, front), 1e-36);
     let range = frame.radius * RADIUS_SCALE;
-    if (!inside(place) || squared > range * range) {
+    if (squared > range * range) {
         return 0u;
     }
     // Angles from the viewer; those behind are larger.

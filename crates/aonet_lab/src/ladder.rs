@@ -1,0 +1,190 @@
+//! What kinds of frames know, and how much of it searches find: exact rays beside the shares of light that a search tells.
+
+use crate::dataset::{FrameEntry, Manifest};
+use aonet::search::{Classic, Options, Session, Share};
+use aonet_scene::error::{Error, Result};
+use aonet_scene::gbuffer;
+use aonet_scene::knowledge::{Knowledge, knowledge};
+use aonet_scene::reference::Sampling;
+use aonet_scene::trace::Tracer;
+use aonet_scene::view::Surround;
+use serde::Serialize;
+use std::path::Path;
+
+/// What is measured on every frame.
+#[derive(Debug, Clone)]
+pub struct Ladder {
+    /// Kinds of frames.
+    pub kinds: Vec<Surround>,
+    /// Searches that tell shares of light, by name, each with the kind of frame that it gets.
+    pub searches: Vec<(String, Classic, Surround)>,
+    /// Frames, evenly spread over the dataset; all if absent.
+    pub frames: Option<usize>,
+    /// Every so many pixels of every so many rows are compared.
+    pub every: usize,
+    /// Rays a pixel.
+    pub sampling: Sampling,
+}
+
+/// Means over frames.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Rungs {
+    /// Number of frames.
+    pub frames: usize,
+    /// For each kind of frame, the mean PSNR (dB) of the visibility that takes everything unknown as open.
+    pub psnr: Vec<f64>,
+    /// For each search.
+    pub searches: Vec<Finding>,
+}
+
+/// A search's share of light that is hit, beside the exact one.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize)]
+pub struct Finding {
+    /// Mean over the frames of the correlation over pixels.
+    pub correlation: f64,
+    /// Mean that the search finds.
+    pub hit: f64,
+    /// Mean of the exact shares.
+    pub exact: f64,
+}
+
+impl Ladder {
+    /// Measures frames of a dataset whose scenes are under `scenes`; `progress` is called once a frame with the number of frames.
+    ///
+    /// # Errors
+    /// When a scene or a view cannot be read, a search tells no shares, or the dataset has no frame of a scene.
+    pub fn climb(&self, manifest: &Manifest, scenes: &Path, progress: &dyn Fn(usize)) -> Result<Rungs> {
+        let mut rungs = Rungs {
+            frames: 0,
+            psnr: vec![0.0; self.kinds.len()],
+            searches: vec![Finding::default(); self.searches.len()],
+        };
+        let all = manifest.frames.len();
+        let count = self.frames.unwrap_or(all).min(all);
+        let chosen: Vec<_> = (0..count).map(|i| &manifest.frames[i * all / count]).collect();
+        for spec in &manifest.plan.located(scenes).scenes {
+            let frames: Vec<_> = chosen.iter().filter(|entry| entry.scene == spec.name).collect();
+            if frames.is_empty() {
+                continue;
+            }
+            let (scene, _) = spec.load()?;
+            let tracer = Tracer::new(scene);
+            for entry in frames {
+                self.frame(&tracer, entry, &mut rungs)?;
+                progress(count);
+            }
+        }
+        if rungs.frames == 0 {
+            return Err(Error::request("dataset", "frames of scenes that it lists", "none"));
+        }
+        let share = 1.0 / rungs.frames as f64;
+        rungs.psnr.iter_mut().for_each(|sum| *sum *= share);
+        for finding in &mut rungs.searches {
+            *finding = Finding {
+                correlation: finding.correlation * share,
+                hit: finding.hit * share,
+                exact: finding.exact * share,
+            };
+        }
+        Ok(rungs)
+    }
+
+    fn frame(&self, tracer: &Tracer, entry: &FrameEntry, rungs: &mut Rungs) -> Result<()> {
+        let all: Vec<_> =
+            self.kinds.iter().copied().chain(self.searches.iter().map(|(.., kind)| *kind)).collect();
+        let known = knowledge(tracer, &entry.view, &all, (self.sampling, self.every))?;
+        for (kind, sum) in rungs.psnr.iter_mut().enumerate() {
+            *sum += known.psnr(kind);
+        }
+        for (i, (search, finding)) in self.searches.iter().zip(&mut rungs.searches).enumerate() {
+            let found = found_by(search, tracer, entry, &known)?;
+            let exact = &known.hit[self.kinds.len() + i];
+            finding.correlation += correlation(&found, exact);
+            finding.hit += mean(&found);
+            finding.exact += mean(exact);
+        }
+        rungs.frames += 1;
+        Ok(())
+    }
+}
+
+/// What a search says is hit, at the pixels that are known.
+fn found_by(
+    (_, method, kind): &(String, Classic, Surround),
+    tracer: &Tracer,
+    entry: &FrameEntry,
+    known: &Knowledge,
+) -> Result<Vec<f32>> {
+    let view = entry.view.clone().surrounded(*kind);
+    let gbuffer = gbuffer::render(tracer, &view)?.gbuffer;
+    let mut session = Session::new(method, gbuffer.window(), Options::default())?;
+    let shares = session.shares(&gbuffer, view.params()?)?;
+    let hit = shares.plane(Share::Hit);
+    Ok(known.pixels.iter().map(|i| hit[*i]).collect())
+}
+
+fn mean(values: &[f32]) -> f64 {
+    values.iter().map(|v| f64::from(*v)).sum::<f64>() / values.len() as f64
+}
+
+/// Pearson's correlation; 0 where one side does not vary.
+fn correlation(a: &[f32], b: &[f32]) -> f64 {
+    let (mean_a, mean_b) = (mean(a), mean(b));
+    let (mut ab, mut aa, mut bb) = (0.0, 0.0, 0.0);
+    for (a, b) in a.iter().zip(b) {
+        let (a, b) = (f64::from(*a) - mean_a, f64::from(*b) - mean_b);
+        ab += a * b;
+        aa += a * a;
+        bb += b * b;
+    }
+    if aa * bb > 0.0 { ab / (aa * bb).sqrt() } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::dataset::{Counts, tiny};
+    use aonet::Size;
+    use aonet_scene::staging::SceneSplit;
+
+    fn ladder(searches: Vec<(String, Classic, Surround)>) -> Ladder {
+        let separations = [None, Some(0.1)];
+        Ladder {
+            kinds: separations.map(|separation| Surround { margin: 0.1, separation }).into(),
+            searches,
+            frames: None,
+            every: 2,
+            sampling: Sampling { spp: 64, seed: 1 },
+        }
+    }
+
+    #[test]
+    fn more_layers_know_more_and_arcs_find_some_of_it() {
+        let dir = tempfile::tempdir().unwrap();
+        let params = tiny::params(Size::px(48, 32), 1, Counts { train: 2, val: 0, val_seen: 0, test: 0 });
+        let manifest = tiny::make(dir.path(), params, &[SceneSplit::Train]);
+        let of = |name: &str| {
+            let one_layer = Surround { margin: 0.0, separation: None };
+            vec![(name.to_owned(), Classic::named(name).unwrap(), one_layer)]
+        };
+        let counted = std::cell::Cell::new(0);
+        let count = |frames| counted.set(counted.get() + 10 + frames);
+        let rungs = ladder(of("arcs")).climb(&manifest, Path::new(""), &count).unwrap();
+        assert_eq!((rungs.frames, counted.get()), (2, 24));
+        let [one, two] = rungs.psnr[..] else { panic!("{rungs:?}") };
+        assert!(one > 15.0 && two > one + 1.0, "{rungs:?}");
+        let found = rungs.searches[0];
+        assert!(found.correlation > 0.7 && (found.hit / found.exact - 1.0).abs() < 0.5, "{found:?}");
+        let error = ladder(of("gtao")).climb(&manifest, Path::new(""), &count).unwrap_err().to_string();
+        assert!(error.contains("tells shares"), "{error}");
+    }
+
+    #[test]
+    fn correlations_have_the_closed_form() {
+        assert!((correlation(&[0.0, 1.0, 2.0], &[1.0, 3.0, 5.0]) - 1.0).abs() < 1e-12);
+        assert!((correlation(&[0.0, 1.0, 2.0], &[5.0, 3.0, 1.0]) + 1.0).abs() < 1e-12);
+        // Differences from the mean: (-1, 0, 1) and (-1, 1, 0).
+        assert!((correlation(&[0.0, 1.0, 2.0], &[0.0, 2.0, 1.0]) - 0.5).abs() < 1e-12);
+        assert_eq!(correlation(&[1.0, 1.0], &[0.0, 2.0]), 0.0);
+    }
+}
