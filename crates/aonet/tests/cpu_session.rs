@@ -7,7 +7,10 @@ use aonet::net::cpu::{Options, Precision, Session};
 use aonet::net::{Features, KernelWeights, Model, ModelConfig, Output, Ranges, Skips};
 use aonet::simd::Level;
 use aonet::{AoImage, GBuffer, Size};
-use common::{assert_close, camera, frame, model, oracle, params, seeing, small, spread};
+use common::{
+    assert_close, behind_bars, camera, frame, model, oracle, params, seeing, small, spread, waves,
+    weighing_shares,
+};
 
 /// Largest difference between a session and the oracle. Measured over all tests here: 5e-7, from the order of
 /// summation; outputs lie in [0, 1].
@@ -87,6 +90,23 @@ fn corrections() {
     // A search that the network corrects and does not see, and one that it sees and does not correct.
     check(ModelConfig { features: Features::normal(), ..small.clone() }, Size::px(45, 20));
     check(ModelConfig { output: Output::Visibility, ..small }, Size::px(45, 20));
+}
+
+#[test]
+fn weights_of_shares() {
+    for patch in [1, 2, 4, 8] {
+        let model = model(weighing_shares(patch), 1);
+        let noise = frame(Size::px(45, 20), 2);
+        let bars = behind_bars(&waves(Size::px(70, 33)));
+        let one_layer = bars.clone().without_second();
+        for gbuffer in [noise, bars, one_layer] {
+            let expected = oracle(&model, &gbuffer, params());
+            assert!(spread(&expected, &gbuffer) > 0.05, "nothing to see");
+            // Angles fall into other sectors with other instructions.
+            let found = run(&model, &gbuffer, (2, Level::best()));
+            assert_close(&found, &expected, (TOLERANCE, &format!("patches of {patch}")));
+        }
+    }
 }
 
 #[test]

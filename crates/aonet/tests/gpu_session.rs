@@ -4,11 +4,14 @@ mod common;
 #[path = "common/device.rs"]
 mod device;
 
-use aonet::gpu::{Device, FrameViews, Kernels, Offscreen, Options, Precision, wgpu};
+use aonet::gpu::{Device, FrameViews, Kernels, Layers, Offscreen, Options, Precision, wgpu};
 use aonet::net::gpu::Session;
 use aonet::net::{Features, KernelWeights, Model, ModelConfig, Skips, cpu, shipped};
 use aonet::{AoImage, AoParams, GBuffer, Size};
-use common::{assert_close, frame, max_error, mean_error, model, oracle, params, small, spread, waves};
+use common::{
+    assert_close, behind_bars, frame, max_error, mean_error, model, oracle, params, small, spread, waves,
+    weighing_shares,
+};
 use device::{Inputs, OPTIONS, device, inputs, read, target, too_large};
 
 /// Largest difference between a session in 32-bit floats and the oracle; outputs lie in [0, 1]. Measured: 6e-7, from the
@@ -21,6 +24,9 @@ const HALF_TOLERANCE: f32 = 3e-3;
 /// Mean difference from the CPU's image where a horizon search takes part: a tap between two pixels may fall on either, and
 /// the CPU's powers are cubics. Measured: 6e-6, in 16-bit floats 2.1e-5.
 const HORIZON_MEAN_TOLERANCE: f32 = 1e-4;
+
+/// The same where connected arcs take part: an occluder between two sectors may fall into either.
+const SHARES_MEAN_TOLERANCE: f32 = 5e-4;
 
 fn run((device, precision): (&Device, Precision), model: &Model, gbuffer: &GBuffer) -> AoImage {
     let mut session = Offscreen::new(device, model, gbuffer.window(), precision).unwrap();
@@ -60,6 +66,38 @@ fn every_row_of_tables_3_and_4() {
         }
     }
     check(&device, ModelConfig { skips: Skips::None, ..ModelConfig::paper() }, Size::px(33, 17));
+}
+
+#[test]
+fn weights_of_shares() {
+    let Some(device) = device() else { return };
+    for patch in [1, 4] {
+        let model = model(weighing_shares(patch), 1);
+        let bars = behind_bars(&waves(Size::px(75, 41)));
+        for gbuffer in [frame(Size::px(45, 20), 2), bars.clone().without_second(), bars] {
+            let expected = oracle(&model, &gbuffer, params());
+            assert!(spread(&expected, &gbuffer) > 0.05, "nothing to see");
+            let found = layered(&device, &model, &gbuffer);
+            let mean = mean_error(&found, &expected);
+            eprintln!("shares, patches of {patch}: mean {mean:e}");
+            assert!(mean <= SHARES_MEAN_TOLERANCE, "patches of {patch}: {mean:e}");
+        }
+    }
+}
+
+/// The image of a session that reads the layers that a frame has.
+fn layered(device: &Device, model: &Model, gbuffer: &GBuffer) -> AoImage {
+    let layers = if gbuffer.second().is_some() { Layers::Two } else { Layers::One };
+    let options = Options { layers, ..OPTIONS };
+    let session = Session::new((&device.device, &device.queue), model, gbuffer.size(), options).unwrap();
+    let Inputs { normal, depth, second, frame } = inputs(device, gbuffer, params());
+    let visibility = target(device, session.size(), OPTIONS.output);
+    let views =
+        FrameViews { normal: &normal, depth: &depth, second: second.as_ref(), visibility: &visibility };
+    let view = session.bind(views).unwrap();
+    let mut encoder = device.device.create_command_encoder(&Default::default());
+    session.encode(&mut encoder, &view, &frame).unwrap();
+    read(device, encoder, &visibility)
 }
 
 #[test]

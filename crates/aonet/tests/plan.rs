@@ -16,7 +16,8 @@ fn plan(config: &ModelConfig, size: Size) -> Plan {
 /// What a step reads.
 fn reads(step: &Step) -> Vec<usize> {
     match step {
-        Step::Search { .. } => vec![],
+        Step::Surfels { .. } => vec![],
+        Step::Search { surfels, .. } => surfels.iter().flatten().copied().collect(),
         Step::Filter { input, .. } => vec![*input],
         Step::Features { search, .. } => search.iter().copied().collect(),
         Step::Conv(ConvStep { sources, .. }) => sources.iter().map(|s| s.buffer).collect(),
@@ -28,13 +29,14 @@ fn reads(step: &Step) -> Vec<usize> {
 }
 
 /// What a step writes into the arena.
-fn writes(step: &Step) -> Option<usize> {
+fn writes(step: &Step) -> Vec<usize> {
     match step {
+        Step::Surfels { outputs } => outputs.to_vec(),
         Step::Search { output, .. }
         | Step::Filter { output, .. }
         | Step::Features { output, .. }
-        | Step::Conv(ConvStep { output, .. }) => Some(*output),
-        Step::Head(_) | Step::Image { .. } => None,
+        | Step::Conv(ConvStep { output, .. }) => vec![*output],
+        Step::Head(_) | Step::Image { .. } => vec![],
     }
 }
 
@@ -42,7 +44,7 @@ fn writes(step: &Step) -> Option<usize> {
 fn first_overwritten_read(plan: &Plan) -> Option<(usize, usize)> {
     let mut owner = vec![usize::MAX; plan.arena_len];
     for (i, step) in plan.steps.iter().enumerate() {
-        if let Some(output) = writes(step) {
+        for output in writes(step) {
             owner[plan.buffers[output].range()].fill(output);
         }
         let spoilt = |id: &usize| owner[plan.buffers[*id].range()].iter().any(|o| o != id);
@@ -124,7 +126,8 @@ fn the_papers_network_is_features_fourteen_convolutions_and_a_head() {
             Step::Conv(ConvStep { sources, .. }) => {
                 Some(sources.iter().map(|s| s.resample).collect::<Vec<_>>())
             }
-            Step::Search { .. }
+            Step::Surfels { .. }
+            | Step::Search { .. }
             | Step::Filter { .. }
             | Step::Features { .. }
             | Step::Head(_)
@@ -150,7 +153,7 @@ fn a_search_is_steps_of_its_own() {
     let plan = plan(&ModelConfig::any_radius(), Size::px(1280, 720));
     let search = SearchConfig::tuned();
     let Step::Filter { input, output: found, .. } = plan.steps[1] else { panic!("{:?}", plan.steps[1]) };
-    assert_eq!(plan.steps[0], Step::Search { search, output: input });
+    assert_eq!(plan.steps[0], Step::Search { search, surfels: None, output: input });
     assert!(matches!(plan.steps[2], Step::Features { search: Some(shown), patch: 4, .. } if shown == found));
     let last = plan.steps.len() - 1;
     let Step::Head(HeadStep { base, kernel: KernelWeights::Off, .. }) = plan.steps[last] else {
@@ -177,7 +180,7 @@ fn buffers_have_whole_blocks_and_a_halo() {
     let buffer = Buffer { offset: 5, layout: Layout::Blocked, channels: 17, height: 3, width: 4, live };
     assert_eq!((buffer.row_len(), buffer.len(), buffer.range()), (32 * 6, 3 * 32 * 6, 5..5 + 3 * 32 * 6));
     assert_eq!(Buffer { layout: Layout::Planar, ..buffer.clone() }.row_len(), 17 * 6);
-    assert_eq!(Buffer { layout: Layout::Image, ..buffer }.row_len(), 4);
+    assert_eq!(Buffer { layout: Layout::Image, ..buffer }.row_len(), 17 * 4);
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! What a network reads of a frame, as the runtime computes it: for measurements and for other runtimes.
 
-use aonet::internals::features::{search_visibility, write_features};
+use aonet::internals::features::{search_planes, write_features};
 use aonet::internals::naive::{Inputs, Planes};
 use aonet::net::Model;
 use aonet::{AoParams, GBuffer};
@@ -11,13 +11,16 @@ use aonet::{AoParams, GBuffer};
 /// When a value of the frame or of the search is out of range.
 pub(crate) fn network_inputs(model: &Model, gbuffer: &GBuffer, params: AoParams) -> aonet::Result<Inputs> {
     let (config, width, height) = (model.config(), gbuffer.width(), gbuffer.height());
-    let found = config.search.map(|search| search_visibility(&search, gbuffer, params)).transpose()?;
+    let found = config.search.map(|search| search_planes(&search, gbuffer, params)).transpose()?;
     let channels = config.features.channels().len();
     let mut values = vec![0.0; channels * height * width];
     let shown = found.as_deref().unwrap_or(&[]);
     write_features(&config.features, gbuffer, params, shown, &mut values);
     Ok(Inputs {
         features: Planes { channels, height, width, values },
-        search: found.map(|values| Planes { channels: 1, height, width, values }),
+        search: found.map(|rows| {
+            let planes = config.search.map_or(1, |search| search.planes());
+            Planes::from_fn((planes, height, width), |c, y, x| rows[(y * planes + c) * width + x])
+        }),
     })
 }

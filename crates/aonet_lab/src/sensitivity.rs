@@ -104,7 +104,7 @@ type Kind = (Features, Option<SearchConfig>);
 
 fn kind(model: &Model) -> Kind {
     let config = model.config();
-    (config.features.clone(), config.search.filter(|_| config.features.horizon().is_some()))
+    (config.features.clone(), config.search.filter(|_| config.features.show_a_search()))
 }
 
 /// What the channels of `features` are called.
@@ -250,7 +250,7 @@ fn change(model: &Model, sample: &Sample, still: &Planes, noise: Noise) -> f64 {
     }
     // The search that the network corrects is the one that it sees.
     if let (true, Some(found)) = (model.config().features.horizon() == Some(c), &mut inputs.search) {
-        found.values = plane.iter().map(|occlusion| 1.0 - occlusion).collect();
+        found.values.iter_mut().zip(plane).for_each(|(found, occlusion)| *found = 1.0 - *occlusion);
     }
     let moved = naive::evaluate(model, &inputs);
     let pairs = moved.values.iter().zip(&still.values).zip(&sample.counted);

@@ -82,16 +82,32 @@ impl<'a> GBuffer<'a> {
         Ok(Self { second: Some(second), ..self })
     }
 
-    /// The picture without its guard band and without its second layer; without a guard band nothing is copied.
+    /// The same frame without its second layer.
+    pub fn without_second(self) -> Self {
+        Self { second: None, ..self }
+    }
+
+    /// The picture without its guard band; without one nothing is copied.
     pub fn without_margin(&self) -> GBuffer<'_> {
         let (window, margin) = (self.window, self.window.margin());
+        let depth = |depth: &'_ [f32]| -> Cow<'_, [f32]> { window.cropped(depth.to_vec()).into() };
+        let normal =
+            |normal: &'_ [[f32; 3]]| -> Cow<'_, [[f32; 3]]> { window.cropped(normal.to_vec()).into() };
         if !window.has_margin() {
-            return GBuffer::of_checked(self.camera, (&*self.depth).into(), (&*self.normal).into());
+            let frame = GBuffer::of_checked(self.camera, (&*self.depth).into(), (&*self.normal).into());
+            let second = self.second.as_ref().map(|second| SecondLayer {
+                depth: (&*second.depth).into(),
+                normal: second.normal.as_ref().map(|normal| (&**normal).into()),
+            });
+            return GBuffer { second, ..frame };
         }
         let [x, y] = [margin.x, margin.y].map(|m| m as isize);
         let camera = self.camera.tile(x, y, window.size()).expect("the camera of a part of a checked buffer");
-        let crop = |depth: &[f32]| window.cropped(depth.to_vec());
-        GBuffer::of_checked(camera, crop(&self.depth).into(), window.cropped(self.normal.to_vec()).into())
+        let second = self.second.as_ref().map(|second| SecondLayer {
+            depth: depth(&second.depth),
+            normal: second.normal.as_deref().map(normal),
+        });
+        GBuffer { second, ..GBuffer::of_checked(camera, depth(&self.depth), normal(&self.normal)) }
     }
 
     /// The same frame with pixels of its own.

@@ -22,8 +22,8 @@ pub(crate) struct Image {
     pub(crate) patch: usize,
     /// Columns and rows of patches.
     pub(crate) cells: Size,
-    /// The visibility that the values are added to.
-    pub(crate) base: Option<BufferId>,
+    /// What a search found, plane by plane, and how many planes of values correct it.
+    pub(crate) base: Option<(BufferId, usize)>,
 }
 
 impl Image {
@@ -31,22 +31,22 @@ impl Image {
     pub(crate) fn draw(self, surface: Surface, list: &mut Dispatches) -> Draw {
         let (Raw::Pixels(raw) | Raw::FirstChannel(raw)) = self.raw;
         let blocked = matches!(self.raw, Raw::FirstChannel(_));
-        let shader = shader(surface, self.patch, [self.base.is_some(), blocked]);
+        let shader = shader(surface, (self.patch, self.base.map_or(0, |(_, planes)| planes)), blocked);
         let cells = list.uniform("image", &[self.cells.width(), self.cells.height()]);
         // Without a base something has to be bound in its place.
-        let base = self.base.unwrap_or(raw);
+        let base = self.base.map_or(raw, |(base, _)| base);
         let bindings = vec![Binding::Uniform(cells), Binding::Read(raw), Binding::Read(base)];
         Draw { shader: list.shader(&covering(shader.source())), bindings }
     }
 }
 
-/// The shader of the image; whether it corrects a horizon search, and whether it reads blocks of four channels.
-pub(crate) fn shader(surface: Surface, patch: usize, [corrects, blocked]: [bool; 2]) -> Shader {
+/// The shader of the image; how many planes correct a search, and whether it reads blocks of four channels.
+pub(crate) fn shader(surface: Surface, (patch, planes): (usize, usize), blocked: bool) -> Shader {
     let (ty, first) = if blocked { ("real4", ".x") } else { ("f32", "") };
     surface
         .shader()
         .number("PATCH", patch)
-        .flag("CORRECTION", corrects)
+        .number("CORRECTION", planes)
         .part(&include_str!("image.wgsl").replace("RAW", ty).replace("FIRST_CHANNEL", first))
 }
 

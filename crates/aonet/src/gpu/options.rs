@@ -37,7 +37,8 @@ impl Precision {
     pub(crate) fn of(self, features: &Features) -> Self {
         let fits = features.channels().iter().all(|channel| match channel {
             Channel::Normal(_) | Channel::NormalEncoded(_) => true,
-            Channel::DepthNormalized | Channel::ProjectedRadius | Channel::HorizonOcclusion => true,
+            Channel::DepthNormalized | Channel::ProjectedRadius => true,
+            Channel::HorizonOcclusion | Channel::Light(_) | Channel::SecondLayer => true,
             Channel::Position(_) | Channel::Depth => false,
         });
         if fits { self } else { Self::F32 }

@@ -6,7 +6,7 @@ use crate::frame::gbuffer::GBuffer;
 use crate::net::config::{Channel, Features, SearchConfig};
 use crate::search::{self, Filter, Screen};
 use crate::simd::{Isa, Level};
-use crate::threads::Band;
+use crate::threads::{Band, Workers};
 
 /// Range of the projected radius that the network tells apart, log2 (px): 1/16 px to 65536 px.
 /// Background is infinitely far and gets the lower end.
@@ -17,8 +17,8 @@ pub(crate) const LOG2_PX_RANGE: (f32, f32) = (-4.0, 16.0);
 pub(crate) const LOG2_PX_MEAN: f32 = 5.0;
 pub(crate) const LOG2_PX_SCALE: f32 = 0.25;
 
-/// Writes CxHxW features. [`Channel`] describes the channels. `search` is the HxW visibility that the network's search found;
-/// it may be empty where no channel shows it.
+/// Writes CxHxW features. [`Channel`] describes the channels. `search` is what the network's search found, as
+/// [`search_planes`] returns it; it may be empty where no channel shows it.
 ///
 /// # Panics
 /// When `out` has another number of values, or `search` is too short for the frame.
@@ -39,15 +39,22 @@ pub fn write_features(
     }
 }
 
-/// HxW visibility that a search finds on a frame, its guard band included: what a session's search finds.
+/// What a search finds on a frame, its guard band included, as a session's search finds it: row by row the visibility and then each
+/// share that it tells, W values each.
 ///
 /// # Errors
 /// When a parameter is out of its range.
-pub fn search_visibility(search: &SearchConfig, gbuffer: &GBuffer, params: AoParams) -> Result<Vec<f32>> {
+pub fn search_planes(search: &SearchConfig, gbuffer: &GBuffer, params: AoParams) -> Result<Vec<f32>> {
     let (search, isa, screen) = (search.checked()?, Isa::new(Level::best())?, Screen::new(gbuffer, params));
-    let mut found = vec![0.0; gbuffer.depth().len()];
+    let pixels = gbuffer.depth().len();
+    let mut found = vec![0.0; search.planes() * pixels];
     match search {
         SearchConfig::Agtao(of) => search::agtao_band(isa, of, &screen, Band::whole(&mut found)),
+        SearchConfig::Arcs(of) => {
+            let (mut first, mut second) = (vec![0.0; pixels], vec![0.0; pixels]);
+            search::surfels::pack(&screen, &mut Workers::new(1, 0)?, [&mut first, &mut second]);
+            search::arcs_band(isa, (of, [&first, &second]), &screen, Band::whole(&mut found));
+        }
     }
     for _ in 0..search.filter().passes {
         let mut filtered = vec![0.0; found.len()];
@@ -66,7 +73,7 @@ pub(crate) struct FeatureRows<'a> {
     depth_range: (f32, f32),
     /// log2 of the radius (px) at depth 1.
     log2_radius_px: f32,
-    /// HxW visibility that the search found, if a channel shows it.
+    /// What the search found, if a channel shows it.
     search: &'a [f32],
 }
 
@@ -122,10 +129,22 @@ impl<'a> FeatureRows<'a> {
                 *value = self.projected_radius(depth);
             }),
             Channel::HorizonOcclusion => {
-                let visibility = &self.search[first..];
-                line.iter_mut().zip(visibility).for_each(|(value, v)| *value = 1.0 - v);
+                line.iter_mut().zip(self.search_line(0, y)).for_each(|(value, v)| *value = 1.0 - v);
             }
+            Channel::Light(share) => {
+                let found = self.search_line(share.search_plane(), y);
+                line.iter_mut().zip(found).for_each(|(value, v)| *value = *v);
+            }
+            Channel::SecondLayer => line.fill(f32::from(self.gbuffer.second().is_some())),
         }
+    }
+
+    /// Row `y` of a plane of what the search found.
+    #[inline(always)]
+    fn search_line(&self, plane: usize, y: usize) -> &'a [f32] {
+        let width = self.gbuffer.width();
+        let planes = self.search.len() / self.gbuffer.size().pixels();
+        &self.search[(y * planes + plane) * width..][..width]
     }
 
     fn projected_radius(&self, depth: f32) -> f32 {

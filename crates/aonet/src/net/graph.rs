@@ -33,7 +33,7 @@ impl Activation {
 /// One operation. Tensors are CxHxW, row-major; images repeat their edge beyond the border.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Op {
-    /// A classic method on the frame, with its filter: 1xHxW visibility, 1 on the background.
+    /// A classic method on the frame, with its filter: HxW visibility, 1 on the background, and after it each share that it tells.
     Search {
         /// The method and its parameters.
         search: SearchConfig,
@@ -42,7 +42,7 @@ pub enum Op {
     Input {
         /// The channels.
         features: Features,
-        /// 1xHxW: what [`Channel::HorizonOcclusion`](crate::net::Channel::HorizonOcclusion) shows, if it is a channel.
+        /// What the search found, if channels show it.
         search: Option<ValueId>,
     },
     /// Squares of `patch` x `patch` pixels become channels: channel `c * patch² + dy * patch + dx`.
@@ -89,11 +89,12 @@ pub enum Op {
         /// DxHxW.
         second: ValueId,
     },
-    /// The visibility of the search plus a correction: 1xHxW.
+    /// The visibility of the search, plus the first plane of a correction, plus the product of every further plane and the share
+    /// of light in the same plane of the search: 1xHxW.
     Correct {
-        /// 1xHxW.
+        /// The search.
         search: ValueId,
-        /// 1xHxW.
+        /// CxHxW, with one plane or as many as the search.
         correction: ValueId,
     },
     /// Weighs the 4x4 neighbourhood of the normals of every pixel: AO-Net Eq. 2.
@@ -159,7 +160,7 @@ impl Graph {
     pub(crate) fn begin(config: &ModelConfig) -> (Self, Inputs) {
         let mut graph = Self { nodes: Vec::new(), init: Init::He };
         let search = config.search.map(|search| graph.push(Op::Search { search }, 1));
-        let shown = config.features.horizon().and(search);
+        let shown = search.filter(|_| config.features.show_a_search());
         let input = Op::Input { features: config.features.clone(), search: shown };
         let features = graph.push(input, 0);
         (graph, Inputs { features, search })
@@ -177,7 +178,7 @@ impl Graph {
     pub(crate) fn push(&mut self, op: Op, conv_channels: usize) -> ValueId {
         let of = |v: ValueId| (self.nodes[v].channels, self.nodes[v].stride);
         let (channels, stride) = match &op {
-            Op::Search { .. } => (1, 1),
+            Op::Search { search } => (search.planes(), 1),
             Op::Input { features, .. } => (features.channels().len(), 1),
             Op::PatchPartition { input, patch } => (of(*input).0 * patch * patch, of(*input).1 * patch),
             Op::PatchMerge { input, patch } => (of(*input).0 / (patch * patch), of(*input).1 / patch),
@@ -186,7 +187,7 @@ impl Graph {
             Op::Upsample2 { input } => (of(*input).0, of(*input).1 / 2),
             Op::Concat { first, second } => (of(*first).0 + of(*second).0, of(*first).1),
             Op::KernelPredict { kernels, patch, .. } => (1, of(*kernels).1 / patch),
-            Op::Correct { correction, .. } => of(*correction),
+            Op::Correct { correction, .. } => (1, of(*correction).1),
         };
         self.nodes.push(Node { op, channels, stride });
         self.nodes.len() - 1
@@ -225,7 +226,7 @@ impl Graph {
         self.params().iter().map(|p| p.shape.iter().product::<usize>()).sum()
     }
 
-    /// Multiply-accumulates per input pixel: those of convolutions and kernels. A search has none; it is counted where it
+    /// Multiply-accumulates per input pixel: those of convolutions, kernels and weights of shares. A search has none; it is counted where it
     /// is timed.
     pub fn macs_per_pixel(&self) -> f64 {
         self.nodes.iter().map(|node| self.node_macs(node)).sum()
@@ -239,13 +240,13 @@ impl Graph {
                     / (node.stride * node.stride) as f64
             }
             Op::KernelPredict { .. } => TAPS as f64,
+            Op::Correct { correction, .. } => (self.nodes[*correction].channels - 1) as f64,
             Op::Search { .. }
             | Op::Input { .. }
             | Op::PatchPartition { .. }
             | Op::PatchMerge { .. }
             | Op::AvgPool2 { .. }
             | Op::Upsample2 { .. }
-            | Op::Correct { .. }
             | Op::Concat { .. } => 0.0,
         }
     }

@@ -82,6 +82,18 @@ impl Weights {
         &self.tensors
     }
 
+    /// Becomes the mean of itself, with the weight `past`, and of `new`, with the rest.
+    ///
+    /// # Panics
+    /// When `new` belongs to another graph.
+    pub fn move_to(&mut self, new: &Self, past: f64) {
+        let past = past as f32;
+        for (name, tensor) in &mut self.tensors {
+            let pairs = tensor.values.iter_mut().zip(&new.get(name).values);
+            pairs.for_each(|(mean, new)| *mean = past * *mean + (1.0 - past) * new);
+        }
+    }
+
     /// Rounds every value to the nearest half float, as a half-precision file does.
     pub fn rounded_to_half(mut self) -> Self {
         for tensor in self.tensors.values_mut() {
@@ -113,19 +125,25 @@ fn brighten_head(graph: &Graph, tensors: &mut BTreeMap<String, Tensor>) {
         Op::KernelPredict { weights, .. } => *weights,
         _ => KernelWeights::Off,
     };
-    let (kernel, corrects) = match &graph.nodes()[graph.output()].op {
-        Op::Correct { correction, .. } => (of_output(*correction), true),
-        _ => (of_output(graph.output()), false),
+    let (kernel, corrected) = match &graph.nodes()[graph.output()].op {
+        Op::Correct { correction, .. } => (of_output(*correction), Some(graph.nodes()[*correction].channels)),
+        _ => (of_output(graph.output()), None),
     };
-    let (shrink, start) = if corrects { (CORRECTION_SHRINK, OVERSHOOT) } else { (HEAD_SHRINK, BRIGHT) };
+    let (shrink, start) = match corrected {
+        Some(_) => (CORRECTION_SHRINK, OVERSHOOT),
+        None => (HEAD_SHRINK, BRIGHT),
+    };
     if let Some(weight) = tensors.get_mut("head.weight") {
         weight.values.iter_mut().for_each(|w| *w *= shrink);
     }
     if let Some(bias) = tensors.get_mut("head.bias") {
+        // Weights of shares start at zero.
+        let first_plane = bias.values.len() / corrected.unwrap_or(1);
         for (i, b) in bias.values.iter_mut().enumerate() {
             let taps = (WINDOW * WINDOW) as f32;
             *b = match kernel {
-                KernelWeights::Off => start,
+                KernelWeights::Off if i < first_plane => start,
+                KernelWeights::Off => 0.0,
                 // z of the normal alone.
                 KernelWeights::Linear if i % GUIDE_CHANNELS == 2 => {
                     start / MEAN_NORMAL_Z * GUIDE_CHANNELS as f32 / taps

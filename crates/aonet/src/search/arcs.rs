@@ -5,13 +5,14 @@
 
 use super::PixelShares;
 use super::cubic::Spacing;
+use super::gtao::power;
 use super::noise::noise_at;
 use super::params::filtered_params;
 use super::screen::{Pixels, Screen};
-use super::shares::{GAPS, SHARES};
+use super::shares::{GAPS, PLANES, SHARES};
 use super::side::{Seen, Side, Tap, V2};
 use super::slice::Slice;
-use super::surfels::{LENGTH, Surfels, unpacked};
+use super::surfels::{LENGTH, unpacked};
 use super::vbao::{SECTORS, sectors};
 use crate::frame::BACKGROUND;
 use crate::simd::Simd;
@@ -73,6 +74,8 @@ pub(crate) struct Arcs<'a> {
     /// Of the angle bias.
     cos_sin_bias: [f32; 2],
     spacing: Spacing,
+    /// Light lost for each share.
+    lost: [f32; SHARES],
 }
 
 /// Sectors of one side.
@@ -109,16 +112,17 @@ fn within<S: Simd>(low: F<S>, high: F<S>, felt: Mask<S>) -> U<S> {
 }
 
 impl<'a> Arcs<'a> {
-    pub(crate) fn new(screen: &'a Screen<'a>, params: ArcsParams, surfels: &'a Surfels) -> Self {
+    pub(crate) fn new(screen: &'a Screen<'a>, params: ArcsParams, surfels: [&'a [f32]; 2]) -> Self {
         let (sin, cos) = params.angle_bias.to_radians().sin_cos();
-        let first = (screen.gbuffer().depth(), surfels.layer(0));
-        let second = screen.gbuffer().second().map(|second| (&*second.depth, surfels.layer(1)));
+        let first = (screen.gbuffer().depth(), surfels[0]);
+        let second = screen.gbuffer().second().map(|second| (&*second.depth, surfels[1]));
         Self {
             screen,
             params,
             layers: [first, second.unwrap_or((&[], &[]))],
             cos_sin_bias: [cos, sin],
             spacing: params.spacing(),
+            lost: params.lost(),
         }
     }
 
@@ -298,14 +302,21 @@ impl<'a> Arcs<'a> {
     }
 }
 
-impl PixelShares<SHARES> for Arcs<'_> {
+impl PixelShares<PLANES> for Arcs<'_> {
     #[inline(always)]
-    fn shares<S: Simd>(&self, p: &Pixels<S>, (x, y): (usize, usize)) -> [F<S>; SHARES] {
+    fn shares<S: Simd>(&self, p: &Pixels<S>, (x, y): (usize, usize)) -> [F<S>; PLANES] {
         let noise = noise_at(p.x.simd(), x, y);
-        if self.layers[1].0.is_empty() {
+        let shares = if self.layers[1].0.is_empty() {
             self.shares_of::<S, 1>(p, noise)
         } else {
             self.shares_of::<S, 2>(p, noise)
+        };
+        let mut planes = [F::new(p.x.simd(), 1.0); PLANES];
+        for c in 0..SHARES {
+            planes[0] = shares[c].mul_add(-self.lost[c], planes[0]);
+            planes[c + 1] = shares[c];
         }
+        planes[0] = power(planes[0].saturate(), self.params.power);
+        planes
     }
 }

@@ -3,6 +3,7 @@
 
 use super::cubic::Power;
 use super::screen::{Pixels, Screen};
+use super::shares::PLANES;
 use crate::simd::lanes::F;
 use crate::simd::vector::V3;
 use crate::simd::{Isa, Kernel, MAX_LANES, Simd};
@@ -28,27 +29,36 @@ pub(crate) const SPATIAL: [f32; 3] = [1.0, 0.8007, 0.4111];
 pub(crate) struct Filter<'a> {
     pub(crate) screen: &'a Screen<'a>,
     by: Denoise,
-    /// What is filtered, HxW.
-    visibility: &'a [f32],
+    /// What is filtered: row by row, plane by plane; the first plane is a visibility.
+    planes: &'a [f32],
+    /// Number of planes: 1 or [`PLANES`].
+    pub(super) count: usize,
 }
 
 impl<'a> Filter<'a> {
-    pub(crate) fn new(screen: &'a Screen<'a>, by: Denoise, visibility: &'a [f32]) -> Self {
-        Self { screen, by, visibility }
+    pub(crate) fn new(screen: &'a Screen<'a>, by: Denoise, planes: &'a [f32]) -> Self {
+        Self { screen, by, planes, count: planes.len() / screen.size().pixels() }
     }
 
-    /// Writes consecutive rows of the filtered visibility, from row `first` on.
+    /// Writes consecutive rows of the filtered planes, from row `first` on.
     pub(crate) fn run(&self, isa: Isa, first: usize, rows: &mut [f32]) {
-        for (i, line) in rows.chunks_exact_mut(self.screen.size().width()).enumerate() {
-            isa.run_on_pixels(Row { filter: self, y: first + i, line });
+        let width = self.screen.size().width();
+        for (i, lines) in rows.chunks_exact_mut(width * self.count).enumerate() {
+            let y = first + i;
+            match self.count {
+                1 => isa.run_on_pixels(Row::<1> { filter: self, y, lines }),
+                PLANES => isa.run_on_pixels(Row::<PLANES> { filter: self, y, lines }),
+                count => unreachable!("a search tells 1 or {PLANES} numbers of a pixel, not {count}"),
+            }
         }
     }
 }
 
-struct Row<'a> {
+struct Row<'a, const N: usize> {
     filter: &'a Filter<'a>,
     y: usize,
-    line: &'a mut [f32],
+    /// Plane by plane.
+    lines: &'a mut [f32],
 }
 
 /// Pixels that share what they read of their neighbours.
@@ -57,32 +67,37 @@ const TILE: usize = 128;
 const COLUMNS: usize = TILE + MAX_LANES;
 
 /// Five rows of a tile and of what is beside it, from the column [`REACH`] to the left of it on.
-struct Neighbours {
+struct Neighbours<const N: usize> {
     /// Infinite outside the frame and on the background.
     depth: [[f32; COLUMNS]; ROWS],
     normal: [[[f32; COLUMNS]; 3]; ROWS],
-    visibility: [[f32; COLUMNS]; ROWS],
+    planes: [[[f32; COLUMNS]; N]; ROWS],
 }
 
-impl Kernel for Row<'_> {
+impl<const N: usize> Kernel for Row<'_, N> {
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
-        let Row { filter, y, line } = self;
+        let Row { filter, y, lines } = self;
+        let width = filter.screen.size().width();
         let mut seen = Neighbours {
             depth: [[0.0; COLUMNS]; ROWS],
             normal: [[[0.0; COLUMNS]; 3]; ROWS],
-            visibility: [[0.0; COLUMNS]; ROWS],
+            planes: [[[0.0; COLUMNS]; N]; ROWS],
         };
         let facing = Power::new(filter.by.normal);
-        for (tile, line) in line.chunks_mut(TILE).enumerate() {
-            let x = tile * TILE;
-            let columns = (line.len() + 2 * REACH).next_multiple_of(S::LANES);
+        for x in (0..width).step_by(TILE) {
+            let pixels = TILE.min(width - x);
+            let columns = (pixels + 2 * REACH).next_multiple_of(S::LANES);
             for row in 0..ROWS {
                 seen.fill(simd, filter, Span { x, y: y + row, columns }, row);
             }
-            for (i, out) in line.chunks_mut(S::LANES).enumerate() {
-                let p = filter.screen.pixels(simd, x + i * S::LANES, y);
-                filter.mean(&p, facing, &seen, i * S::LANES).store(out);
+            for from in (0..pixels).step_by(S::LANES) {
+                let p = filter.screen.pixels(simd, x + from, y);
+                let means = filter.means(&p, facing, &seen, from);
+                let to = pixels.min(from + S::LANES);
+                for c in 0..N {
+                    means[c].store(&mut lines[c * width + x + from..c * width + x + to]);
+                }
             }
         }
     }
@@ -97,7 +112,7 @@ struct Span {
     columns: usize,
 }
 
-impl Neighbours {
+impl<const N: usize> Neighbours<N> {
     /// Fills a row.
     #[inline(always)]
     fn fill<S: Simd>(&mut self, simd: S, filter: &Filter<'_>, span: Span, row: usize) {
@@ -106,8 +121,8 @@ impl Neighbours {
         let inside = y >= REACH && y < height + REACH;
         let y = y.saturating_sub(REACH).min(height - 1);
         let depth = screen.row(screen.gbuffer().depth(), y);
-        let (normal, visibility) =
-            (screen.row(screen.gbuffer().normal(), y), screen.row(filter.visibility, y));
+        let normal = screen.row(screen.gbuffer().normal(), y);
+        let planes = &filter.planes[y * N * width..][..N * width];
         for to in (0..columns).step_by(S::LANES) {
             if !inside || x + to < REACH || x + to + S::LANES > width + REACH {
                 for i in to..to + S::LANES {
@@ -115,13 +130,16 @@ impl Neighbours {
                     let at = (x + i).saturating_sub(REACH).min(width - 1);
                     self.depth[row][i] = if inside && found == at { depth[at] } else { f32::INFINITY };
                     (0..3).for_each(|c| self.normal[row][c][i] = normal[at][c]);
-                    self.visibility[row][i] = visibility[at];
+                    (0..N).for_each(|c| self.planes[row][c][i] = planes[c * width + at]);
                 }
                 continue;
             }
             let from = x + to - REACH..x + to - REACH + S::LANES;
             self.depth[row][to..to + S::LANES].copy_from_slice(&depth[from.clone()]);
-            self.visibility[row][to..to + S::LANES].copy_from_slice(&visibility[from.clone()]);
+            for c in 0..N {
+                let plane = &planes[c * width + from.start..c * width + from.end];
+                self.planes[row][c][to..to + S::LANES].copy_from_slice(plane);
+            }
             let normal = V3::from_triples(simd, &normal[from]);
             for (c, values) in [normal.x, normal.y, normal.z].into_iter().enumerate() {
                 values.store(&mut self.normal[row][c][to..]);
@@ -131,9 +149,15 @@ impl Neighbours {
 }
 
 impl Filter<'_> {
-    /// The filtered visibility of pixels whose neighbours begin at column `x` of `seen`; `facing` is the power of [`Denoise::normal`].
+    /// The filtered numbers of pixels whose neighbours begin at column `x` of `seen`; `facing` is the power of [`Denoise::normal`].
     #[inline(always)]
-    fn mean<S: Simd>(&self, p: &Pixels<S>, facing: Power, seen: &Neighbours, x: usize) -> F<S> {
+    fn means<S: Simd, const N: usize>(
+        &self,
+        p: &Pixels<S>,
+        facing: Power,
+        seen: &Neighbours<N>,
+        x: usize,
+    ) -> [F<S>; N] {
         let (screen, by, simd) = (self.screen, self.by, p.x.simd());
         let tolerance = 1.0 / (by.plane * screen.radius);
         let depth = -p.position.z;
@@ -144,7 +168,8 @@ impl Filter<'_> {
         let (across, down) = (p.normal.x * (size * screen.aspect), -p.normal.y * size);
         let (ray_across, ray_down) = (p.normal.x * (slope * screen.aspect), -p.normal.y * slope);
         let ray = screen.along_ray(p);
-        let (mut sum, mut weights) = (F::new(simd, 0.0), F::new(simd, 0.0));
+        let zero = F::new(simd, 0.0);
+        let (mut sums, mut weights) = ([zero; N], zero);
         for dy in 0..ROWS {
             let step_y = dy as f32 - REACH as f32;
             let (row, row_ray) = (down * step_y, ray_down.mul_add(step_y, ray));
@@ -159,12 +184,18 @@ impl Filter<'_> {
                 let facing = facing.of(normal.dot(p.normal).max(0.0));
                 let spatial = SPATIAL[dx.abs_diff(REACH)] * SPATIAL[dy.abs_diff(REACH)];
                 let weight = away.mul_add(-tolerance * spatial, spatial).max(0.0) * facing;
-                sum = load(simd, &seen.visibility[dy], x + dx).mul_add(weight, sum);
+                for c in 0..N {
+                    sums[c] = load(simd, &seen.planes[dy][c], x + dx).mul_add(weight, sums[c]);
+                }
                 weights += weight;
             }
         }
-        let centre = load(simd, &seen.visibility[REACH], x + REACH);
-        weights.le(1e-6).select(centre, sum / weights)
+        let (alone, inverse) = (weights.le(1e-6), 1.0 / weights);
+        for c in 0..N {
+            let centre = load(simd, &seen.planes[REACH][c], x + REACH);
+            sums[c] = alone.select(centre, sums[c] * inverse);
+        }
+        sums
     }
 }
 

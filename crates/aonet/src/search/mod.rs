@@ -27,7 +27,7 @@ mod slice;
 pub(crate) mod ssao;
 pub(crate) mod ssdo;
 mod stride;
-mod surfels;
+pub(crate) mod surfels;
 #[cfg(test)]
 mod tests;
 pub(crate) mod vbao;
@@ -44,6 +44,7 @@ use params::Parameters;
 use screen::Pixels;
 pub(crate) use screen::Screen;
 use serde::{Deserialize, Serialize};
+pub(crate) use shares::PLANES;
 
 pub use agtao::AgtaoParams;
 pub use arcs::ArcsParams;
@@ -257,19 +258,36 @@ pub struct ParameterValue {
 pub(crate) fn agtao_band(isa: Isa, params: AgtaoParams, screen: &Screen<'_>, band: Band<'_>) {
     let method = &agtao::Agtao::new(screen, params);
     isa.run_on_pixels(Rows { screen, method, first: band.first, rows: &mut *band.values });
-    open_background(screen.gbuffer(), band);
+    open_background(screen.gbuffer(), 1, band);
 }
 
-/// Writes a band of one pass of a filter. The background is 1. Allocates nothing.
+/// Writes a band of connected arcs before the filter: visibility and shares, row by row, plane by plane. The background is 1 and
+/// 0. `surfels` are those of [`surfels::pack`]. Allocates nothing.
+pub(crate) fn arcs_band(
+    isa: Isa,
+    (params, surfels): (ArcsParams, [&[f32]; 2]),
+    screen: &Screen<'_>,
+    band: Band<'_>,
+) {
+    let method = &arcs::Arcs::new(screen, params, surfels);
+    isa.run_on_pixels(Rows { screen, method, first: band.first, rows: &mut *band.values });
+    open_background(screen.gbuffer(), PLANES, band);
+}
+
+/// Writes a band of one pass of a filter. The background is 1, and 0 in the planes after the first. Allocates nothing.
 pub(crate) fn filter_band(isa: Isa, filter: &Filter<'_>, band: Band<'_>) {
-    filter.run(isa, band.first, band.values);
-    open_background(filter.screen.gbuffer(), band);
+    filter.run(isa, band.first, &mut *band.values);
+    open_background(filter.screen.gbuffer(), filter.count, band);
 }
 
-/// Sets a band to 1 on the background.
-fn open_background(gbuffer: &GBuffer, band: Band<'_>) {
-    let depth = &gbuffer.depth()[band.first * gbuffer.width()..];
-    band.values.iter_mut().zip(depth).filter(|(_, d)| **d == f32::INFINITY).for_each(|(v, _)| *v = 1.0);
+/// Sets a band of so many planes to 1 on the background, and to 0 after the first plane.
+fn open_background(gbuffer: &GBuffer, planes: usize, band: Band<'_>) {
+    let width = gbuffer.width();
+    for (i, line) in band.values.chunks_exact_mut(width).enumerate() {
+        let depth = &gbuffer.depth()[(band.first + i / planes) * width..][..width];
+        let open = if i % planes == 0 { 1.0 } else { 0.0 };
+        line.iter_mut().zip(depth).filter(|(_, d)| **d == f32::INFINITY).for_each(|(v, _)| *v = open);
+    }
 }
 
 /// What a method does for neighbouring pixels. All it calls must be `#[inline(always)]`.

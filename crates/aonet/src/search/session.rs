@@ -10,7 +10,7 @@ use super::nnao_taps::NnaoParams;
 use super::nnao_weights::NnaoWeights;
 use super::pyramid::Pyramid;
 use super::screen::Screen;
-use super::shares::{SHARES, Shares, Weigh};
+use super::shares::{PLANES, Shares};
 use super::ssao::{Ssao, SsaoParams};
 use super::ssdo::{Ssdo, SsdoParams};
 use super::surfels::Surfels;
@@ -63,7 +63,7 @@ enum Prepared {
     Gtao(GtaoParams, Pyramid),
     Vbao(VbaoParams),
     Agtao(AgtaoParams),
-    /// Row by row, share by share.
+    /// Row by row, plane by plane.
     Arcs(ArcsParams, Surfels, Aligned),
 }
 
@@ -81,7 +81,7 @@ impl Prepared {
             Classic::Gtao(p) => Self::Gtao(p, Pyramid::new(size, p.depth_levels, p.depth_offset)?),
             Classic::Vbao(p) => Self::Vbao(p),
             Classic::Agtao(p) => Self::Agtao(p),
-            Classic::Arcs(p) => Self::Arcs(p, Surfels::new(size)?, Aligned::zeros(size.pixels() * SHARES)?),
+            Classic::Arcs(p) => Self::Arcs(p, Surfels::new(size)?, Aligned::zeros(size.pixels() * PLANES)?),
         })
     }
 }
@@ -130,8 +130,14 @@ impl Session {
             Prepared::Agtao(p) => memory.run(screen, &Agtao::new(screen, *p), p.denoise()),
             Prepared::Arcs(p, surfels, shares) => {
                 surfels.fill(screen, &mut memory.workers);
-                find(&mut memory.workers, memory.isa, screen, &Arcs::new(screen, *p, surfels), shares);
-                memory.weigh(p, shares);
+                find(
+                    &mut memory.workers,
+                    memory.isa,
+                    screen,
+                    &Arcs::new(screen, *p, surfels.layers()),
+                    shares,
+                );
+                memory.take_visibility(shares);
                 memory.filter(screen, p.denoise());
             }
         }
@@ -150,7 +156,7 @@ impl Session {
         };
         let (memory, screen) = (&mut self.memory, &Screen::new(gbuffer, params));
         surfels.fill(screen, &mut memory.workers);
-        find(&mut memory.workers, memory.isa, screen, &Arcs::new(screen, *p, surfels), shares);
+        find(&mut memory.workers, memory.isa, screen, &Arcs::new(screen, *p, surfels.layers()), shares);
         Ok(Shares::of_picture(gbuffer, shares))
     }
 
@@ -192,14 +198,11 @@ impl Memory {
         self.filter(screen, by);
     }
 
-    /// Visibility from shares. The result is in `found`.
-    fn weigh(&mut self, params: &ArcsParams, shares: &[f32]) {
-        let (width, isa, lost, power) =
-            (self.window.buffer_size().width(), self.isa, params.lost(), params.power);
-        self.workers.for_each_band(&mut self.found, width, |band| {
-            let shares = &shares[band.first * width * SHARES..];
-            isa.run_on_pixels(Weigh { lost, power, shares, width, visibility: band.values });
-        });
+    /// Copies the first plane of what a method found to `found`.
+    fn take_visibility(&mut self, planes: &[f32]) {
+        let width = self.window.buffer_size().width();
+        let rows = self.found.chunks_exact_mut(width).zip(planes.chunks_exact(width * PLANES));
+        rows.for_each(|(row, planes)| row.copy_from_slice(&planes[..width]));
     }
 
     /// Filters what is in `found`.

@@ -1,18 +1,17 @@
 //! Shares of a pixel's cosine-weighted light, by what a search knows of it.
 
-use super::gtao::power;
 use crate::frame::gbuffer::GBuffer;
 use crate::frame::size::Size;
-use crate::simd::lanes::F;
-use crate::simd::{Kernel, Simd};
 
 /// Up to how far behind an occluder light is hidden by less than this (share of the AO radius); the last is beyond the radius.
 pub(crate) const GAPS: [f32; 3] = [0.1, 0.3, 4.0];
 /// Number of shares: hit, hidden by less than each of [`GAPS`] but not by less than the one before, and off. The rest is open.
 pub(crate) const SHARES: usize = GAPS.len() + 2;
+/// What a search that tells shares writes for a pixel: the visibility, then the shares.
+pub(crate) const PLANES: usize = SHARES + 1;
 
 /// What becomes of light that comes to a pixel from within the AO radius, as far as a G-buffer tells.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Share {
     /// It meets nothing, and passes behind nothing that is seen.
     Open,
@@ -30,8 +29,13 @@ pub enum Share {
 
 impl Share {
     /// All of them; those that are found come after the open one, as the planes of a search.
-    pub const ALL: [Self; SHARES + 1] =
+    pub const ALL: [Self; PLANES] =
         [Self::Open, Self::Hit, Self::HiddenClose, Self::HiddenMiddle, Self::HiddenDeep, Self::Off];
+
+    /// Which plane of a search that tells shares holds it; the visibility stands where the open share, the rest, would.
+    pub(crate) const fn search_plane(self) -> usize {
+        self as usize
+    }
 
     /// Its name as a channel of a file.
     pub const fn name(self) -> &'static str {
@@ -57,16 +61,16 @@ pub struct Shares {
 }
 
 impl Shares {
-    /// The picture of what a search found: row by row of the buffer, share by share.
+    /// The picture of what a search found: row by row of the buffer, plane by plane.
     pub(crate) fn of_picture(gbuffer: &GBuffer, found: &[f32]) -> Self {
         let (window, width) = (gbuffer.window(), gbuffer.width());
         let (size, margin) = (window.size(), window.margin());
-        let mut values = vec![0.0; size.pixels() * (SHARES + 1)];
+        let mut values = vec![0.0; size.pixels() * PLANES];
         for i in 0..size.pixels() {
             let (x, y) = (i % size.width() + margin.x, i / size.width() + margin.y);
             let mut open = 1.0;
             for c in (0..SHARES).filter(|_| gbuffer.is_foreground(y * width + x)) {
-                let share = found[(y * SHARES + c) * width + x].clamp(0.0, 1.0);
+                let share = found[(y * PLANES + c + 1) * width + x].clamp(0.0, 1.0);
                 values[(c + 1) * size.pixels() + i] = share;
                 open -= share;
             }
@@ -83,33 +87,5 @@ impl Shares {
     /// One share, HxW.
     pub fn plane(&self, share: Share) -> &[f32] {
         &self.values[share as usize * self.size.pixels()..][..self.size.pixels()]
-    }
-}
-
-/// Visibility of rows of pixels from their shares: 1 minus the light that is lost, to a power.
-pub(crate) struct Weigh<'a> {
-    /// Light lost for each share.
-    pub(crate) lost: [f32; SHARES],
-    pub(crate) power: f32,
-    /// Row by row, share by share.
-    pub(crate) shares: &'a [f32],
-    pub(crate) width: usize,
-    /// HxW.
-    pub(crate) visibility: &'a mut [f32],
-}
-
-impl Kernel for Weigh<'_> {
-    #[inline(always)]
-    fn run<S: Simd>(self, simd: S) {
-        let Self { lost, power: exponent, shares, width, visibility } = self;
-        for (row, shares) in visibility.chunks_exact_mut(width).zip(shares.chunks_exact(width * SHARES)) {
-            for (group, out) in row.chunks_mut(S::LANES).enumerate() {
-                let mut visible = F::new(simd, 1.0);
-                for (share, lost) in shares.chunks_exact(width).zip(&lost) {
-                    visible = F::load_part(simd, &share[group * S::LANES..]).mul_add(-*lost, visible);
-                }
-                power(visible.saturate(), exponent).store(out);
-            }
-        }
     }
 }

@@ -36,23 +36,28 @@ impl Surfels {
 
     /// Packs a frame of this size.
     pub(crate) fn fill(&mut self, screen: &Screen<'_>, workers: &mut Workers) {
-        let (gbuffer, width) = (screen.gbuffer(), screen.size().width());
-        workers.for_each_band(&mut self.first, width, |band| {
-            let normals = &gbuffer.normal()[band.first * width..];
-            band.values.iter_mut().zip(normals).for_each(|(to, n)| *to = packed(*n));
-        });
-        let Some(second) = gbuffer.second() else { return };
-        workers.for_each_band(&mut self.second, width, |band| {
-            for (i, to) in band.values.iter_mut().enumerate() {
-                *to = packed(normal_of_depth(screen, &second.depth, band.first * width + i));
-            }
-        });
+        pack(screen, workers, [&mut self.first, &mut self.second]);
     }
 
-    /// The words of a layer, 0 or 1.
-    pub(crate) fn layer(&self, layer: usize) -> &[f32] {
-        [&self.first, &self.second][layer]
+    /// The words of each layer.
+    pub(crate) fn layers(&self) -> [&[f32]; 2] {
+        [&self.first, &self.second]
     }
+}
+
+/// Packs the normals of a frame, HxW for each layer; leaves the second as it is if the frame has one layer.
+pub(crate) fn pack(screen: &Screen<'_>, workers: &mut Workers, [first, second]: [&mut [f32]; 2]) {
+    let (gbuffer, width) = (screen.gbuffer(), screen.size().width());
+    workers.for_each_band(first, width, |band| {
+        let normals = &gbuffer.normal()[band.first * width..];
+        band.values.iter_mut().zip(normals).for_each(|(to, n)| *to = packed(*n));
+    });
+    let Some(layer) = gbuffer.second() else { return };
+    workers.for_each_band(second, width, |band| {
+        for (i, to) in band.values.iter_mut().enumerate() {
+            *to = packed(normal_of_depth(screen, &layer.depth, band.first * width + i));
+        }
+    });
 }
 
 /// Ten bits for each component of a unit vector, in the bits of a float.

@@ -80,17 +80,6 @@ impl<S: Simd> F<S> {
         Self(simd, simd.load(from))
     }
 
-    /// The first values of `from`, as many as there are lanes; zeros where it has fewer.
-    #[inline(always)]
-    pub(crate) fn load_part(simd: S, from: &[f32]) -> Self {
-        if from.len() >= S::LANES {
-            return Self::load(simd, from);
-        }
-        let mut all = [0.0; MAX_LANES];
-        all[..from.len()].copy_from_slice(from);
-        Self::load(simd, &all)
-    }
-
     /// Writes the first values, as many as `to` has, all lanes at most.
     #[inline(always)]
     pub(crate) fn store(self, to: &mut [f32]) {

@@ -1,13 +1,14 @@
 //! Frames, models and comparisons for the tests of the runtimes.
 #![allow(dead_code, reason = "each test program uses some of it")]
 
-use aonet::internals::features::search_visibility;
+use aonet::internals::features::search_planes;
 use aonet::internals::graph::Graph;
 use aonet::internals::naive::{self, Planes};
 use aonet::internals::weights::Weights;
 use aonet::net::{
     Arch, Channel, Features, KernelWeights, Model, ModelConfig, Output, SearchConfig, TrainingFacts,
 };
+use aonet::search::ArcsParams;
 use aonet::{AoImage, AoParams, Camera, GBuffer, Projection, SecondLayer, Size};
 
 /// Numbers in [0, 1) from a seed: xorshift64*.
@@ -120,9 +121,9 @@ pub(crate) fn model(config: ModelConfig, seed: u64) -> Model {
         (Output::Visibility, KernelWeights::Off) => (2.0, 0.5),
         (Output::Visibility, KernelWeights::Linear) => (0.5, 0.1),
         // Most of the test frames are open.
-        (Output::Correction, KernelWeights::Off) => (2.0, -0.4),
-        (Output::Correction, KernelWeights::Linear) => (0.5, -0.08),
-        (Output::Visibility | Output::Correction, KernelWeights::Softmax) => (10.0, 0.0),
+        (Output::Correction | Output::Shares, KernelWeights::Off) => (2.0, -0.4),
+        (Output::Correction | Output::Shares, KernelWeights::Linear) => (0.5, -0.08),
+        (_, KernelWeights::Softmax) => (10.0, 0.0),
     };
     for (name, tensor) in &mut tensors {
         match name.as_str() {
@@ -149,6 +150,13 @@ pub(crate) fn small(features: Features, patch: usize, kernel: KernelWeights) -> 
     ModelConfig { patch, kernel, encoder, decoder, ..seeing(features) }
 }
 
+/// A small network that weighs shares of light.
+pub(crate) fn weighing_shares(patch: usize) -> ModelConfig {
+    let search = Some(SearchConfig::Arcs(ArcsParams::default()));
+    let features = Features::normal_radius_light();
+    ModelConfig { search, output: Output::Shares, ..small(features, patch, KernelWeights::Off) }
+}
+
 /// The paper's network with other features, and with a search if they show one.
 pub(crate) fn seeing(features: Features) -> ModelConfig {
     let search = features.sees(Channel::HorizonOcclusion).then(SearchConfig::tuned);
@@ -158,11 +166,10 @@ pub(crate) fn seeing(features: Features) -> ModelConfig {
 /// The oracle's image for what the runtime's search finds: whether a tap between two pixels falls on the one or the other
 /// is no matter of the network. `oracle.rs` compares the searches.
 pub(crate) fn oracle(model: &Model, gbuffer: &GBuffer, params: AoParams) -> AoImage {
-    let found = model.config().search.map(|search| Planes {
-        channels: 1,
-        height: gbuffer.height(),
-        width: gbuffer.width(),
-        values: search_visibility(&search, gbuffer, params).unwrap(),
+    let found = model.config().search.map(|search| {
+        let (rows, planes, width) =
+            (search_planes(&search, gbuffer, params).unwrap(), search.planes(), gbuffer.width());
+        Planes::from_fn((planes, gbuffer.height(), width), |c, y, x| rows[(y * planes + c) * width + x])
     });
     naive::run_with_search(model, gbuffer, params, found.as_ref()).unwrap()
 }

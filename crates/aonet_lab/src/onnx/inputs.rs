@@ -26,13 +26,13 @@ pub fn inputs(
         }
     };
     let all = network_inputs(model, gbuffer, params)?.padded(step);
-    let mut features = all.features;
-    if let Some(shown) = model.config().features.horizon() {
-        let area = features.height * features.width;
-        features.values.drain(shown * area..(shown + 1) * area);
-        features.channels = own_channels(model).count();
-    }
-    Ok([(INPUT, features)].into_iter().chain(all.search.map(|found| (SEARCH, found))).collect())
+    let features = all.features;
+    let area = features.height * features.width;
+    let planes = model.config().features.channels().iter().zip(features.values.chunks_exact(area));
+    let planes = planes.filter(|(channel, _)| channel.search_plane().is_none());
+    let values = planes.flat_map(|(_, plane)| plane).copied().collect();
+    let own = Planes { channels: own_channels(model).count(), values, ..features };
+    Ok([(INPUT, own)].into_iter().chain(all.search.map(|found| (SEARCH, found))).collect())
 }
 
 /// A file for NumPy: 1xCxHxW, f32.

@@ -1,8 +1,8 @@
 //! Networks as ONNX files, for other runtimes.
 //!
 //! A file takes `features` 1xCxHxW: the channels that [`write_features`](aonet::internals::features::write_features) writes, without
-//! the search's. A network with a search also takes `search` 1x1xHxW: the visibility that the method finds whose parameters
-//! are in the configuration. The output is `visibility` 1x1xHxW in [0, 1]. It knows nothing of the background: there the caller puts 1, as
+//! the search's. A network with a search also takes `search` 1xPxHxW: what the method finds whose parameters are in the
+//! configuration, its filter included: the visibility, and the shares of light where the method tells them. The output is `visibility` 1x1xHxW in [0, 1]. It knows nothing of the background: there the caller puts 1, as
 //! [`cpu::Session`](aonet::net::cpu::Session) does.
 
 mod inputs;
@@ -114,7 +114,7 @@ pub fn export(model: &Model, form: Form, extent: Extent) -> Result<Exported> {
         Port { name, shape: [Side::Fixed(1), Side::Fixed(channels), height, width] }
     };
     let mut inputs = vec![port(INPUT, own_channels(model).count())];
-    inputs.extend(model.config().search.map(|_| port(SEARCH, 1)));
+    inputs.extend(model.config().search.map(|search| port(SEARCH, search.planes())));
     let outputs = vec![port(OUTPUT, 1)];
     let graph = proto::Graph {
         node: writer.nodes,
@@ -137,7 +137,7 @@ pub fn export(model: &Model, form: Form, extent: Extent) -> Result<Exported> {
 /// The features that a file takes: all but what the search found, which is an input of its own.
 fn own_channels(model: &Model) -> impl Iterator<Item = Channel> {
     let channels = model.config().features.channels().iter().copied();
-    channels.filter(|channel| *channel != Channel::HorizonOcclusion)
+    channels.filter(|channel| channel.search_plane().is_none())
 }
 
 /// An input, padded to the alignment where it has a size of its own.

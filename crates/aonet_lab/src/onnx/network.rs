@@ -8,13 +8,14 @@ use super::nodes::{
 use super::tuned;
 use super::writer::Writer;
 use aonet::internals::graph::{Activation, Op, ValueId};
-use aonet::net::{KernelWeights, Model};
+use aonet::net::{Features, KernelWeights, Model};
+use std::ops::Range;
 
 /// Names of the values that a network reads.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Inputs<'a> {
     pub(super) features: &'a str,
-    /// The visibility of the search, for networks with a search.
+    /// What the search found, for networks with a search.
     pub(super) search: Option<&'a str>,
 }
 
@@ -33,11 +34,11 @@ pub(super) fn write(writer: &mut Writer, model: &Model, form: Form, inputs: Inpu
         let value = match &node.op {
             Op::Search { .. } => inputs.search.expect("the visibility of the search").to_owned(),
             Op::Input { features, search } => {
-                let shown = features.horizon().zip(search.map(|id| values[id].as_str()));
-                let own = features.channels().len() - 1;
-                shown.map_or(inputs.features.to_owned(), |(channel, found)| {
-                    with_occlusion(writer, Own { name: inputs.features, count: own }, channel, found)
-                })
+                let found = search.map(|id| (values[id].as_str(), model.graph().nodes()[id].channels));
+                match found {
+                    Some(found) => with_found(writer, features, inputs.features, found),
+                    None => inputs.features.to_owned(),
+                }
             }
             Op::PatchPartition { input, patch } => {
                 let size = PatchSize { channels: node.channels / (patch * patch), side: *patch };
@@ -54,7 +55,8 @@ pub(super) fn write(writer: &mut Writer, model: &Model, form: Form, inputs: Inpu
                 concat(writer, &format!("concat{id}"), &[&values[*first], &values[*second]])
             }
             Op::Correct { search, correction } => {
-                writer.node(("corrected", "Add"), &[&values[*search], &values[*correction]], &[])
+                let of = |id: ValueId| (values[id].as_str(), model.graph().nodes()[id].channels);
+                correct(writer, of(*search), of(*correction))
             }
             Op::KernelPredict { kernels, guide, patch, weights } => {
                 let head = Head { conv: head(model, *kernels), patch: *patch, weights: *weights };
@@ -68,6 +70,25 @@ pub(super) fn write(writer: &mut Writer, model: &Model, form: Form, inputs: Inpu
         values.push(value);
     }
     values.pop().expect("a graph has an output")
+}
+
+/// See [`Op::Correct`]; values with their numbers of channels.
+fn correct(writer: &mut Writer, search: (&str, usize), correction: (&str, usize)) -> String {
+    let plane = |writer: &mut Writer, name: &str, (of, all): (&str, usize), which: usize| match all {
+        1 => of.to_owned(),
+        _ => channels(writer, &format!("{name}{which}"), of, which..which + 1),
+    };
+    let both = |writer: &mut Writer, which: usize| {
+        [plane(writer, "found", search, which), plane(writer, "correction", correction, which)]
+    };
+    let [found, added] = both(writer, 0);
+    let mut sum = writer.node(("corrected", "Add"), &[&found, &added], &[]);
+    for which in 1..correction.1 {
+        let [share, weight] = both(writer, which);
+        let product = writer.node((&format!("weighed{which}"), "Mul"), &[&share, &weight], &[]);
+        sum = writer.node((&format!("corrected{which}"), "Add"), &[&sum, &product], &[]);
+    }
+    sum
 }
 
 /// A convolution of the graph with its parameters.
@@ -112,23 +133,54 @@ fn readers(model: &Model, value: ValueId) -> impl Iterator<Item = &Op> {
     model.graph().nodes().iter().map(|node| &node.op).filter(move |op| reads(op))
 }
 
-/// The features that a file takes.
-#[derive(Debug, Clone, Copy)]
-struct Own<'a> {
-    name: &'a str,
-    /// Number of channels.
-    count: usize,
+/// A part of the features: channels of a value side by side.
+struct Part {
+    of: String,
+    channels: Range<usize>,
+    /// Channels of the whole value.
+    all: usize,
 }
 
-/// The features of a file with one more channel, number `channel`: 1 minus the visibility of the search.
-fn with_occlusion(writer: &mut Writer, features: Own<'_>, channel: usize, found: &str) -> String {
-    let Own { name, count } = features;
-    let one = writer.scalar(1.0);
-    let occlusion = writer.node(("occlusion", "Sub"), &[&one, found], &[]);
-    if channel == count {
-        return concat(writer, "features/all", &[name, &occlusion]);
+impl Part {
+    /// Appends a part, or lengthens the last one.
+    fn push(self, parts: &mut Vec<Self>) {
+        match parts.last_mut() {
+            Some(last) if last.of == self.of && last.channels.end == self.channels.start => {
+                last.channels.end = self.channels.end;
+            }
+            Some(_) | None => parts.push(self),
+        }
     }
-    let before = channels(writer, "features/before", name, 0..channel);
-    let after = channels(writer, "features/after", name, channel..count);
-    concat(writer, "features/all", &[&before, &occlusion, &after])
+
+    /// Its name as a value, with a slice where it is not the whole one.
+    fn value(&self, writer: &mut Writer, index: usize) -> String {
+        match self.channels == (0..self.all) {
+            true => self.of.clone(),
+            false => channels(writer, &format!("features/part{index}"), &self.of, self.channels.clone()),
+        }
+    }
+}
+
+/// All features: those that the file takes, and the planes of what the search found.
+fn with_found(writer: &mut Writer, features: &Features, own: &str, (found, planes): (&str, usize)) -> String {
+    let all = features.channels().iter().filter(|channel| channel.search_plane().is_none()).count();
+    let (mut parts, mut taken) = (Vec::new(), 0);
+    for channel in features.channels() {
+        let part = match channel.search_plane() {
+            None => {
+                taken += 1;
+                Part { of: own.to_owned(), channels: taken - 1..taken, all }
+            }
+            Some(0) => {
+                let visibility = Part { of: found.to_owned(), channels: 0..1, all: planes }.value(writer, 0);
+                let one = writer.scalar(1.0);
+                let occlusion = writer.node(("occlusion", "Sub"), &[&one, &visibility], &[]);
+                Part { of: occlusion, channels: 0..1, all: 1 }
+            }
+            Some(plane) => Part { of: found.to_owned(), channels: plane..plane + 1, all: planes },
+        };
+        part.push(&mut parts);
+    }
+    let values: Vec<_> = parts.iter().enumerate().map(|(i, part)| part.value(writer, i + 1)).collect();
+    concat(writer, "features/all", &values.iter().map(String::as_str).collect::<Vec<_>>())
 }

@@ -1,7 +1,8 @@
 use super::*;
 use aonet::internals::graph::Graph;
 use aonet::internals::weights::Weights;
-use aonet::net::{KernelWeights, ModelConfig, TrainingFacts, shipped};
+use aonet::net::{Features, KernelWeights, ModelConfig, Output, SearchConfig, TrainingFacts, shipped};
+use aonet::search::ArcsParams;
 use std::collections::BTreeMap;
 
 fn decoded(config: ModelConfig, form: Form, extent: Extent) -> proto::Model {
@@ -126,12 +127,31 @@ fn parameters_and_metadata_are_the_models() {
     assert_eq!(names, ["normal x", "normal y", "normal z", "projected radius"]);
 }
 
+/// A network that weighs shares of light.
+fn shares() -> ModelConfig {
+    ModelConfig {
+        features: Features::normal_radius_light(),
+        search: Some(SearchConfig::Arcs(ArcsParams::default())),
+        output: Output::Shares,
+        ..ModelConfig::any_radius()
+    }
+}
+
+#[test]
+fn a_search_that_tells_shares_is_an_input_of_as_many_planes() {
+    let graph = decoded(shares(), Form::Plain, Extent::Dynamic).graph.unwrap();
+    let channels = graph.input.iter().map(|input| sides(input)[1].clone()).collect::<Vec<_>>();
+    // Normal, radius, second layer; visibility and five shares.
+    assert_eq!(channels, [5, 6].map(proto::Size::Value));
+}
+
 #[test]
 fn every_input_is_written_before_it_is_read() {
     for kernel in [KernelWeights::Off, KernelWeights::Linear, KernelWeights::Softmax] {
         for patch in [1, 2, 4] {
             for form in [Form::Plain, Form::Tuned] {
-                for config in [ModelConfig::paper(), ModelConfig::any_radius()] {
+                let shares = (kernel == KernelWeights::Off).then(shares);
+                for config in [ModelConfig::paper(), ModelConfig::any_radius()].into_iter().chain(shares) {
                     let config = ModelConfig { patch, kernel, ..config };
                     let graph = decoded(config, form, Extent::Dynamic).graph.unwrap();
                     let mut known: Vec<&str> = graph.initializer.iter().map(|t| t.name.as_str()).collect();

@@ -61,7 +61,8 @@ pub fn time_ops(model: &Model, size: Size, options: Options, runs: usize) -> Res
 pub(super) fn cost(model: &Model, plan: &Plan, step: &Step) -> OpCost {
     let counted = Counted { model, plan };
     match step {
-        Step::Search { search, output } => counted.search(search, *output),
+        Step::Surfels { outputs } => counted.surfels(outputs),
+        Step::Search { search, output, .. } => counted.search(search, *output),
         Step::Filter { input, output, .. } => counted.filter(*input, *output),
         Step::Features { search, output, patch } => counted.features(*search, *output, *patch),
         Step::Conv(conv) => counted.conv(conv),
@@ -77,6 +78,16 @@ struct Counted<'a> {
 }
 
 impl Counted<'_> {
+    fn surfels(&self, outputs: &[BufferId; 2]) -> OpCost {
+        OpCost {
+            name: "surfels".to_owned(),
+            kind: "packed normals".to_owned(),
+            inputs: GBUFFER_CHANNELS,
+            bytes: (self.gbuffer_bytes() + outputs.iter().map(|id| self.bytes(*id)).sum::<usize>()) as f64,
+            ..self.writes(outputs[0])
+        }
+    }
+
     fn search(&self, search: &SearchConfig, output: BufferId) -> OpCost {
         let method = search.method();
         let flop = search_cost(&method).map_or(0.0, |cost| cost.search);

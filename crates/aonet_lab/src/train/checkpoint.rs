@@ -13,6 +13,8 @@ use std::path::Path;
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct State {
     pub(crate) weights: Weights,
+    /// Running mean of the weights; equal to them where none is asked for.
+    pub(crate) average: Weights,
     pub(crate) moments: Moments,
     /// Lowest validation loss so far.
     pub(crate) best: f64,
@@ -21,7 +23,15 @@ pub(crate) struct State {
 impl State {
     pub(crate) fn new(graph: &Graph, seed: u64) -> Self {
         let weights = Weights::init(graph, seed);
-        Self { moments: Moments::new(&weights), weights, best: f64::INFINITY }
+        Self { moments: Moments::new(&weights), average: weights.clone(), weights, best: f64::INFINITY }
+    }
+
+    /// Takes new weights; `past` is the share of the past in their mean. Young means forget faster: at step n at most
+    /// n / (n + 9), so that the first weights do not linger.
+    pub(crate) fn take(&mut self, weights: Weights, past: f64) {
+        let step = self.moments.step as f64;
+        self.average.move_to(&weights, past.min(step / (step + 9.0)));
+        self.weights = weights;
     }
 
     /// Writes the state; the file is replaced in one step.
@@ -35,6 +45,7 @@ impl State {
                 ("mean", &self.moments.mean[name]),
                 ("square", &self.moments.square[name]),
                 ("weight", &tensor.values),
+                ("average", &self.average.get(name).values),
             ];
             for (kind, values) in moments {
                 let bytes: Vec<u8> = values.iter().flat_map(|v| v.to_le_bytes()).collect();
@@ -75,13 +86,17 @@ impl State {
                 .or_default()
                 .insert(name.to_owned(), Tensor { shape: view.shape().to_vec(), values });
         }
+        let has_average = groups.contains_key("average");
         let mut fitting =
             |kind| Weights::new(graph, groups.remove(kind).unwrap_or_default()).map_err(Error::in_file(path));
         let values_of = |w: Weights| -> Gradients {
             w.tensors().iter().map(|(n, t)| (n.clone(), t.values.clone())).collect()
         };
         let (mean, square) = (values_of(fitting("mean")?), values_of(fitting("square")?));
-        Ok(Self { weights: fitting("weight")?, moments: Moments { step, mean, square }, best })
+        let weights = fitting("weight")?;
+        // Older checkpoints have no mean.
+        let average = if has_average { fitting("average")? } else { weights.clone() };
+        Ok(Self { average, weights, moments: Moments { step, mean, square }, best })
     }
 }
 
@@ -114,7 +129,9 @@ mod tests {
         let mut state = State::new(&graph, 5);
         let gradients = state.moments.mean.iter().map(|(n, v)| (n.clone(), vec![0.5; v.len()])).collect();
         let tensors = state.moments.update(&state.weights, &gradients, (Optimizer::Adam, 1e-3));
-        state = State { weights: Weights::new(&graph, tensors).unwrap(), best: 0.123_456_789, ..state };
+        state.take(Weights::new(&graph, tensors).unwrap(), 0.5);
+        state = State { best: 0.123_456_789, ..state };
+        assert_ne!(state.average, state.weights);
         let dir = tempfile::tempdir().unwrap();
         let path = dir.path().join("c.safetensors");
         state.save(&path).unwrap();

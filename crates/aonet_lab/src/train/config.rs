@@ -23,6 +23,13 @@ pub struct TrainConfig {
     pub optimizer: Optimizer,
     /// Learning rate at the first step; decays to zero along a half cosine. The paper: 1e-3.
     pub learning_rate: f64,
+    /// Steps over which the learning rate rises from zero, linearly, before it follows the cosine.
+    #[serde(default)]
+    pub warm_up: u64,
+    /// Share of the past in a running mean of the weights, in [0, 1): the mean is what is scored and saved. 0: the
+    /// weights themselves.
+    #[serde(default)]
+    pub average: f64,
     /// Weights of the loss terms.
     pub loss: LossConfig,
     /// Random symmetries of the crops.
@@ -49,7 +56,7 @@ pub enum Optimizer {
     AdaDelta,
 }
 
-/// Eq. 5: `perceptual` is lambda_1, `dssim` is lambda_2. `l1` is ours: SSIM and VGG are weak on absolute brightness.
+/// Eq. 5: `perceptual` is lambda_1, `dssim` is lambda_2. `l1` and `psnr` are ours: SSIM and VGG are weak on absolute brightness.
 /// `ms_ssim` and `ssim_window` are for other authors' networks. By default every term is off.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -65,6 +72,10 @@ pub struct LossConfig {
     /// Weight of 1 - MS-SSIM, Wang et al. 2003, with Gaussian windows; for crops of at least 176 px. DeepAO: 0.84.
     #[serde(default)]
     pub ms_ssim: f64,
+    /// Weight of log10(1 + MSE / 1e-4) of a crop: PSNR as a loss, which asks for the mean where a pixel's visibility is
+    /// uncertain; `l1` asks for the median. Beyond 40 dB it gains little.
+    #[serde(default)]
+    pub psnr: f64,
     /// The window of `dssim`.
     #[serde(default)]
     pub ssim_window: SsimWindow,
@@ -81,14 +92,20 @@ pub enum SsimWindow {
     Flat8,
 }
 
-/// Symmetries that leave the meaning of a frame unchanged; normals are turned with the image.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+/// Random changes of frames and crops that leave the reference valid; normals are turned with the image.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Augment {
     /// Mirror every other crop left to right.
     pub mirror: bool,
     /// Share of the crops that are rotated by 90, 180 or 270 degrees, in [0, 1].
     pub roll: f64,
+    /// Share of the frames, validation frames included, that lose their guard band, in [0, 1].
+    #[serde(default)]
+    pub without_margin: f64,
+    /// Share of the frames, validation frames included, that lose their second layer, in [0, 1].
+    #[serde(default)]
+    pub without_second: f64,
 }
 
 impl TrainConfig {
@@ -101,13 +118,15 @@ impl TrainConfig {
             crop: 256,
             optimizer: Optimizer::Adam,
             learning_rate: 1e-3,
+            warm_up: 0,
+            average: 0.0,
             loss: LossConfig {
                 dssim: 0.94,
                 perceptual: 0.06,
                 vgg_layers: vec!["relu2_2".into()],
                 ..LossConfig::default()
             },
-            augment: Augment { mirror: true, roll: 0.25 },
+            augment: Augment { mirror: true, roll: 0.25, ..Augment::default() },
             seed: 1,
             validate_every: 500,
             validation_frames: 48,
@@ -144,10 +163,16 @@ impl TrainConfig {
             let expected = format!("a multiple of {} that is at least 32", graph.alignment());
             return Err(Error::request("training crop", expected, self.crop));
         }
-        let (rate, roll) = (self.learning_rate, self.augment.roll);
-        if !(rate > 0.0 && rate.is_finite() && (0.0..=1.0).contains(&roll)) {
-            let found = format!("{rate} and {roll}");
-            return Err(Error::request("training learning_rate and roll", "finite > 0 and in [0, 1]", found));
+        if !(self.learning_rate > 0.0 && self.learning_rate.is_finite()) {
+            return Err(Error::request("training learning_rate", "finite > 0", self.learning_rate));
+        }
+        if !(0.0..1.0).contains(&self.average) {
+            return Err(Error::request("training average", "in [0, 1)", self.average));
+        }
+        let Augment { mirror: _, roll, without_margin, without_second } = self.augment;
+        let shares = [("roll", roll), ("without_margin", without_margin), ("without_second", without_second)];
+        if let Some((name, share)) = shares.into_iter().find(|(_, share)| !(0.0..=1.0).contains(share)) {
+            return Err(Error::request(format!("training {name}"), "in [0, 1]", share));
         }
         self.loss.check(self.crop)?;
         Ok(self)
@@ -157,11 +182,11 @@ impl TrainConfig {
 impl LossConfig {
     /// Weights of the terms that need no file.
     pub(crate) fn plain_weights(&self) -> f64 {
-        self.dssim + self.l1 + self.ms_ssim
+        self.dssim + self.l1 + self.ms_ssim + self.psnr
     }
 
     fn check(&self, crop: usize) -> Result<()> {
-        let weights = [self.dssim, self.perceptual, self.l1, self.ms_ssim];
+        let weights = [self.dssim, self.perceptual, self.l1, self.ms_ssim, self.psnr];
         if weights.iter().any(|w| !(w.is_finite() && *w >= 0.0)) {
             return Err(Error::request("training loss", "finite weights >= 0", format!("{weights:?}")));
         }
@@ -227,10 +252,14 @@ mod tests {
     #[test]
     fn fields_out_of_range_are_refused_by_name() {
         let loss = |loss| TrainConfig { loss, ..ms_ssim(0.0, 256) };
+        let augment = |augment| TrainConfig { augment, ..ms_ssim(0.0, 256) };
         let cases = [
             (TrainConfig { learning_rate: 0.0, ..ms_ssim(0.0, 256) }, "learning_rate"),
             (TrainConfig { learning_rate: f64::NAN, ..ms_ssim(0.0, 256) }, "learning_rate"),
-            (TrainConfig { augment: Augment { mirror: true, roll: 1.5 }, ..ms_ssim(0.0, 256) }, "roll"),
+            (TrainConfig { average: 1.0, ..ms_ssim(0.0, 256) }, "average"),
+            (augment(Augment { roll: 1.5, ..Augment::default() }), "roll"),
+            (augment(Augment { without_margin: -0.5, ..Augment::default() }), "without_margin"),
+            (augment(Augment { without_second: f64::NAN, ..Augment::default() }), "without_second"),
             (TrainConfig { batch: 0, ..ms_ssim(0.0, 256) }, "batch"),
             (ms_ssim(0.0, 100), "crop"),
             (ms_ssim(0.84, 160), "at least 176"),

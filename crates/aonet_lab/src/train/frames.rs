@@ -30,6 +30,9 @@ struct Wanted {
     search: Option<SearchConfig>,
     crop: usize,
     validation_frames: usize,
+    /// Shares of the frames that lose their guard band and their second layer.
+    less: [f64; 2],
+    seed: u64,
 }
 
 impl<'a> Frames<'a> {
@@ -44,10 +47,12 @@ impl<'a> Frames<'a> {
     /// When a frame is broken or smaller than the crop, or a split has none.
     pub(crate) fn load(&mut self, config: &TrainConfig, events: TrainEvents) -> Result<&Loaded> {
         let wanted = Wanted {
-            features: samples::sampled(&config.model),
+            features: samples::sampled(config.model.features.clone(), config.model.search),
             search: config.model.search,
             crop: config.crop,
             validation_frames: config.validation_frames,
+            less: [config.augment.without_margin, config.augment.without_second],
+            seed: config.seed,
         };
         let held = match self.held.take() {
             Some((found, loaded)) if found == wanted => loaded,

@@ -48,7 +48,7 @@ impl Log {
     pub(crate) fn step(&mut self, step: u64, losses: &Losses, rate: f64, elapsed: Duration) -> Result<()> {
         self.write(json!({
             "step": step, "loss": losses.total, "dssim": losses.dssim, "perceptual": losses.perceptual,
-            "l1": losses.l1, "learning_rate": rate, "seconds": elapsed.as_secs_f64(),
+            "l1": losses.l1, "psnr": losses.psnr, "learning_rate": rate, "seconds": elapsed.as_secs_f64(),
         }))
     }
 

@@ -19,7 +19,11 @@ pub(crate) struct Terms {
     pub(crate) dssim: Option<Tensor<1>>,
     pub(crate) perceptual: Option<Tensor<1>>,
     pub(crate) l1: Option<Tensor<1>>,
+    pub(crate) psnr: Option<Tensor<1>>,
 }
+
+/// Mean squared error of 40 dB, beyond which the PSNR term fades out.
+const FADE_MSE: f64 = 1e-4;
 
 impl Loss {
     /// `side` is the side of the square images (px). Without `vgg` the perceptual term is off.
@@ -42,15 +46,23 @@ impl Loss {
         let perceptual = self.vgg.as_ref().zip(on(config.perceptual));
         let perceptual = perceptual.map(|(vgg, (x, y))| vgg.distance(x, y));
         let l1 = on(config.l1).map(|(x, y)| (x - y).abs().mean());
+        let psnr = on(config.psnr).map(|(x, y)| {
+            let error = x - y;
+            let pixels = error.dims()[2] * error.dims()[3];
+            let crops = error.dims()[0];
+            let mse = (error.clone() * error).reshape([crops, pixels]).mean_dim(1);
+            ((mse / FADE_MSE + 1.0).log() / std::f64::consts::LN_10).mean()
+        });
         let weighted = [
             (&dssim, config.dssim),
             (&ms_ssim, config.ms_ssim),
             (&perceptual, config.perceptual),
             (&l1, config.l1),
+            (&psnr, config.psnr),
         ];
         let total = weighted.into_iter().filter_map(|(term, weight)| Some(term.clone()? * weight));
         let total = total.reduce(|a, b| a + b).expect("a checked configuration has a term");
-        Terms { total, dssim, perceptual, l1 }
+        Terms { total, dssim, perceptual, l1, psnr }
     }
 }
 
@@ -73,7 +85,15 @@ mod tests {
 
     fn every_term(ssim_window: SsimWindow) -> LossConfig {
         let vgg_layers = vec![];
-        LossConfig { dssim: 0.94, perceptual: 0.06, vgg_layers, l1: 0.5, ms_ssim: 0.84, ssim_window }
+        LossConfig {
+            dssim: 0.94,
+            perceptual: 0.06,
+            vgg_layers,
+            l1: 0.5,
+            ms_ssim: 0.84,
+            psnr: 0.1,
+            ssim_window,
+        }
     }
 
     #[test]
@@ -97,6 +117,8 @@ mod tests {
             let dssim = f64::from(t.dssim.unwrap().into_scalar::<f32>());
             assert!((dssim - 0.5 * (1.0 - luminance)).abs() < 2e-4, "{dssim}");
             assert!((t.l1.unwrap().into_scalar::<f32>() - 0.5).abs() < 1e-6);
+            let psnr = f64::from(t.psnr.unwrap().into_scalar::<f32>());
+            assert!((psnr - 2501f64.log10()).abs() < 1e-5, "{psnr}");
             assert!(t.perceptual.is_none());
         }
         let deep_ao = LossConfig { ms_ssim: 0.84, l1: 0.24, ..LossConfig::default() };

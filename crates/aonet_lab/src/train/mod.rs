@@ -164,13 +164,14 @@ impl Course<'_> {
         let (config, step) = (self.config, state.moments.step);
         let draw = |i| samples::draw(&self.frames.samples, config, step, i);
         let crops: Vec<_> = (0..config.batch).map(draw).collect();
-        let rate = cosine_decay(config.learning_rate, step, config.steps);
+        let risen = ((step + 1) as f64 / config.warm_up.max(1) as f64).min(1.0);
+        let rate = risen * cosine_decay(config.learning_rate, step, config.steps);
         let (losses, gradients) = stepper.gradients(&state.weights, &crops);
         if !losses.total.is_finite() {
             return Err(Error::request(format!("loss at step {step}"), "a finite number", losses.total));
         }
         let tensors = state.moments.update(&state.weights, &gradients, (config.optimizer, rate));
-        state.weights = Weights::new(stepper.graph, tensors)?;
+        state.take(Weights::new(stepper.graph, tensors)?, config.average);
         log.step(step + 1, &losses, rate, self.started.elapsed())?;
         (self.events)(TrainEvent::Step(step + 1, losses.total));
         Ok(())
@@ -179,11 +180,11 @@ impl Course<'_> {
     /// Scores the weights, logs the scores and saves the models.
     fn validate(&self, state: &mut State, log: &mut Log) -> Result<()> {
         let (step, dir) = (state.moments.step, &self.run.dir);
-        let scores = self.frames.validation.score(self.config, &state.weights)?;
+        let scores = self.frames.validation.score(self.config, &state.average)?;
         log.validation(step, &scores)?;
         (self.events)(TrainEvent::Validated(step, scores.named()));
         let facts = self.facts(step, &scores);
-        let model = Model::new(self.config.model.clone(), state.weights.clone(), facts)?;
+        let model = Model::new(self.config.model.clone(), state.average.clone(), facts)?;
         if scores.loss < state.best {
             state.best = scores.loss;
             log::save_model(&dir.join("best.safetensors"), &model)?;

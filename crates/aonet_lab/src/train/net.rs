@@ -1,10 +1,11 @@
 //! The graph on Burn tensors: the same operations as every other backend, with gradients.
 
 use super::flex_ops;
+use super::samples::sampled;
 use aonet::internals::graph::{Activation, Graph, LEAKY_SLOPE, Op};
 use aonet::internals::kernel::{FIRST_TAP, GUIDE_CHANNELS, TAPS, WINDOW};
 use aonet::internals::weights::Weights;
-use aonet::net::KernelWeights;
+use aonet::net::{Channel, KernelWeights, SearchConfig};
 use burn::tensor::activation::{leaky_relu, softmax};
 use burn::tensor::module::{avg_pool2d, conv2d};
 use burn::tensor::ops::{AvgPoolOptions, ConvOptions};
@@ -42,8 +43,7 @@ pub(crate) enum Kernels {
 }
 
 /// The graph's raw output BxHxW (as Bx1xHxW) for planes BxCxHxW whose size is a multiple of its alignment. The planes are the
-/// network's features and, where it has a search that they do not show, what the search found as occlusion: see
-/// [`sampled`](super::samples::sampled).
+/// network's features and what its search found, as far as they do not show it: see [`sampled`](super::samples::sampled).
 pub(crate) fn forward(
     graph: &Graph,
     params: &BTreeMap<String, Param>,
@@ -54,7 +54,7 @@ pub(crate) fn forward(
     for node in graph.nodes() {
         let of = |value: &usize| values[*value].clone();
         let result = match &node.op {
-            Op::Search { .. } => planes.clone().narrow(1, occlusion_plane(graph), 1).neg() + 1.0,
+            Op::Search { search } => found(graph, *search, &planes),
             Op::Input { .. } => first_planes(&planes, node.channels),
             Op::PatchPartition { input, patch } => patch_partition(of(input), *patch),
             Op::PatchMerge { input, patch } => patch_merge(of(input), *patch),
@@ -74,7 +74,7 @@ pub(crate) fn forward(
                 Kernels::Framework => upsample_axis(upsample_axis(of(input), 2), 3),
             },
             Op::Concat { first, second } => Tensor::cat(vec![of(first), of(second)], 1),
-            Op::Correct { search, correction } => of(search) + of(correction),
+            Op::Correct { search, correction } => correct(of(search), of(correction)),
             Op::KernelPredict { kernels, guide, patch, weights } => {
                 kernel_predict((of(kernels), of(guide)), *patch, *weights, by)
             }
@@ -89,13 +89,29 @@ fn first_planes(planes: &Tensor<4>, count: usize) -> Tensor<4> {
     if planes.dims()[1] == count { planes.clone() } else { planes.clone().narrow(1, 0, count) }
 }
 
-/// Which plane holds what the search found: the feature that shows it, or the one after all features.
-fn occlusion_plane(graph: &Graph) -> usize {
-    let plane = |op: &Op| match op {
-        Op::Input { features, .. } => Some(features.horizon().unwrap_or(features.channels().len())),
-        _ => None,
+/// What the search found, its planes side by side.
+fn found(graph: &Graph, search: SearchConfig, planes: &Tensor<4>) -> Tensor<4> {
+    let features = |op: &Op| if let Op::Input { features, .. } = op { Some(features.clone()) } else { None };
+    let features = graph.nodes().iter().find_map(|node| features(&node.op)).expect("a graph has features");
+    let sampled = sampled(features, Some(search));
+    let plane = |found: usize| {
+        let shows = |channel: &Channel| channel.search_plane() == Some(found);
+        let at = sampled.channels().iter().position(shows).expect("every plane is sampled");
+        let plane = planes.clone().narrow(1, at, 1);
+        if sampled.channels()[at] == Channel::HorizonOcclusion { plane.neg() + 1.0 } else { plane }
     };
-    graph.nodes().iter().find_map(|node| plane(&node.op)).expect("a graph has features")
+    Tensor::cat((0..search.planes()).map(plane).collect(), 1)
+}
+
+/// See [`Op::Correct`].
+fn correct(search: Tensor<4>, correction: Tensor<4>) -> Tensor<4> {
+    let planes = correction.dims()[1];
+    let sum = search.clone().narrow(1, 0, 1) + correction.clone().narrow(1, 0, 1);
+    if planes == 1 {
+        return sum;
+    }
+    let shares = search.narrow(1, 1, planes - 1) * correction.narrow(1, 1, planes - 1);
+    sum + shares.sum_dim(1)
 }
 
 /// A convolution with its parameters.

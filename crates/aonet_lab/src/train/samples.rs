@@ -4,24 +4,49 @@ use super::config::{Augment, TrainConfig};
 use crate::dataset::FrameEntry;
 use crate::dataset::Manifest;
 use crate::frame::{Frame, FrameHints};
-use aonet::internals::features::{search_visibility, write_features};
-use aonet::net::{Channel, Features, ModelConfig, SearchConfig};
+use aonet::internals::features::{search_planes, write_features};
+use aonet::net::{Channel, Features, SearchConfig};
 use aonet::{AoImage, AoParams, GBuffer};
 use aonet_scene::error::{Error, Result};
 use aonet_scene::random::Random;
 use half::f16;
 use rayon::prelude::*;
 
-/// Features and reference of a frame as half floats: two bytes a pixel and channel.
+/// Features and reference of the picture of a frame.
 pub(crate) struct Sample {
     pub(crate) width: usize,
     pub(crate) height: usize,
     /// What is stored: see [`sampled`].
     features_of: Features,
-    /// CxHxW.
-    features: Vec<f16>,
-    /// HxW visibility.
-    target: Vec<f16>,
+    /// A plane for each channel.
+    features: Vec<Plane>,
+    /// Visibility.
+    target: Plane,
+}
+
+/// HxW values, small: thousands of frames are held in memory.
+enum Plane {
+    /// Values in [0, 1] as multiples of 1/255. Rounding costs a reference nothing: 59 dB.
+    Bytes(Vec<u8>),
+    /// Any others.
+    Halves(Vec<f16>),
+}
+
+impl Plane {
+    fn bytes(values: &[f32]) -> Self {
+        Self::Bytes(values.iter().map(|v| (v.clamp(0.0, 1.0) * 255.0 + 0.5) as u8).collect())
+    }
+
+    fn halves(values: &[f32]) -> Self {
+        Self::Halves(values.iter().map(|v| f16::from_f32(*v)).collect())
+    }
+
+    fn value(&self, pixel: usize) -> f32 {
+        match self {
+            Self::Bytes(values) => f32::from(values[pixel]) / 255.0,
+            Self::Halves(values) => values[pixel].to_f32(),
+        }
+    }
 }
 
 /// A part of a frame (px).
@@ -46,13 +71,11 @@ pub(crate) struct Crop {
 const LEAST_FOREGROUND: f32 = 0.3;
 const DRAWS: u64 = 6;
 
-/// The planes of a sample for training this network: its features, and what its search found where they do not show it.
-pub(crate) fn sampled(model: &ModelConfig) -> Features {
-    let features = model.features.clone();
-    match model.search {
-        Some(_) if features.horizon().is_none() => features.with(Channel::HorizonOcclusion),
-        Some(_) | None => features,
-    }
+/// The planes of a sample for training a network: its features, and what its search found where they do not show it.
+pub(crate) fn sampled(features: Features, search: Option<SearchConfig>) -> Features {
+    let planes = search.map_or(0, |search| search.planes());
+    let found = Channel::all().filter(|channel| channel.search_plane().is_some_and(|plane| plane < planes));
+    found.fold(features, |all, channel| if all.sees(channel) { all } else { all.with(channel) })
 }
 
 impl Sample {
@@ -60,7 +83,7 @@ impl Sample {
     ///
     /// # Errors
     /// When the file is broken or holds no reference.
-    pub(crate) fn load(manifest: &Manifest, entry: &FrameEntry, model: &ModelConfig) -> Result<Self> {
+    pub(crate) fn load(manifest: &Manifest, entry: &FrameEntry, config: &TrainConfig) -> Result<Self> {
         let path = manifest.path(entry);
         let hints = FrameHints {
             view: Some(entry.view.clone()),
@@ -70,7 +93,10 @@ impl Sample {
         let frame = Frame::load(&path, &hints)?;
         let ao = frame.ao.ok_or_else(|| Error::file(&path, "a channel `ao`", "none"))?;
         let params = AoParams::new(entry.radius).map_err(Error::in_file(&path))?;
-        Self::new((&frame.gbuffer, params), &ao, sampled(model), model.search).map_err(Error::in_file(&path))
+        let gbuffer = seen_of(frame.gbuffer, config, entry);
+        let model = &config.model;
+        let all = sampled(model.features.clone(), model.search);
+        Self::new((&gbuffer, params), &ao, all, model.search).map_err(Error::in_file(&path))
     }
 
     fn new(
@@ -79,17 +105,34 @@ impl Sample {
         features_of: Features,
         search: Option<SearchConfig>,
     ) -> aonet::Result<Self> {
-        let (width, height) = (gbuffer.width(), gbuffer.height());
-        let found = search.map(|search| search_visibility(&search, gbuffer, params)).transpose()?;
+        let (window, pixels) = (gbuffer.window(), gbuffer.size().pixels());
+        let (width, height) = (window.size().width(), window.size().height());
+        let found = search.map(|search| search_planes(&search, gbuffer, params)).transpose()?;
         let found = found.as_deref().unwrap_or(&[]);
-        let mut planes = vec![0.0; features_of.channels().len() * width * height];
+        let mut planes = vec![0.0; features_of.channels().len() * pixels];
         write_features(&features_of, gbuffer, params, found, &mut planes);
-        Ok(Self { width, height, features_of, features: to_half(&planes), target: to_half(ao.visibility()) })
+        let plane = |(channel, plane): (&Channel, &[f32])| {
+            let picture = window.cropped(plane.to_vec());
+            match channel {
+                Channel::HorizonOcclusion | Channel::Light(_) | Channel::SecondLayer => {
+                    Plane::bytes(&picture)
+                }
+                Channel::Normal(_)
+                | Channel::NormalEncoded(_)
+                | Channel::Position(_)
+                | Channel::Depth
+                | Channel::DepthNormalized
+                | Channel::ProjectedRadius => Plane::halves(&picture),
+            }
+        };
+        let features = features_of.channels().iter().zip(planes.chunks_exact(pixels)).map(plane).collect();
+        Ok(Self { width, height, features_of, features, target: Plane::bytes(ao.visibility()) })
     }
 
     /// Mean visibility over the whole frame.
     pub(crate) fn mean(&self) -> f64 {
-        self.target.iter().map(|v| f64::from(v.to_f32())).sum::<f64>() / self.target.len() as f64
+        let pixels = self.width * self.height;
+        (0..pixels).map(|i| f64::from(self.target.value(i))).sum::<f64>() / pixels as f64
     }
 
     /// The crop of a square, turned by `symmetry`.
@@ -106,14 +149,14 @@ impl Sample {
             let from = (y + row) * self.width + x + column;
             self.pixel(from, symmetry, |c, value| crop.features[c * area + to] = value);
             crop.foreground[to] = f32::from((0..3).any(|c| crop.features[c * area + to] != 0.0));
-            crop.target[to] = self.target[from].to_f32();
+            crop.target[to] = self.target.value(from);
         }
         crop
     }
 
     /// Hands out the turned channels of pixel `from`.
     fn pixel(&self, from: usize, symmetry: Symmetry, mut put: impl FnMut(usize, f32)) {
-        let value = |c: usize| self.features[c * self.width * self.height + from].to_f32();
+        let value = |c: usize| self.features[c].value(from);
         for (c, channel) in self.features_of.channels().iter().enumerate() {
             match channel {
                 Channel::Normal(axis) | Channel::Position(axis) => {
@@ -129,14 +172,26 @@ impl Sample {
                 Channel::Depth
                 | Channel::DepthNormalized
                 | Channel::ProjectedRadius
-                | Channel::HorizonOcclusion => put(c, value(c)),
+                | Channel::HorizonOcclusion
+                | Channel::Light(_)
+                | Channel::SecondLayer => put(c, value(c)),
             }
         }
     }
 }
 
-fn to_half(values: &[f32]) -> Vec<f16> {
-    values.iter().map(|v| f16::from_f32(*v)).collect()
+/// What a run shows its network of a frame: all of it, or less where [`Augment`] says so. The same in every run with
+/// this seed.
+pub(crate) fn seen_of(
+    gbuffer: GBuffer<'static>,
+    config: &TrainConfig,
+    entry: &FrameEntry,
+) -> GBuffer<'static> {
+    let mut random = Random::of_frame(config.seed, &entry.scene, entry.index);
+    let mut falls = |share: f64| random.unit_f64() < share;
+    let (no_margin, no_second) = (falls(config.augment.without_margin), falls(config.augment.without_second));
+    let gbuffer = if no_second { gbuffer.without_second() } else { gbuffer };
+    if no_margin && gbuffer.window().has_margin() { gbuffer.without_margin().into_owned() } else { gbuffer }
 }
 
 /// A symmetry of the image plane: first mirrored left to right, then rolled counter-clockwise.
@@ -181,7 +236,7 @@ pub(crate) fn load_all(
     progress: &(dyn Fn() + Sync),
 ) -> Result<Vec<Sample>> {
     let load = |&(manifest, entry): &(&Manifest, &FrameEntry)| {
-        let sample = Sample::load(manifest, entry, &config.model)?;
+        let sample = Sample::load(manifest, entry, config)?;
         if sample.width < config.crop || sample.height < config.crop {
             let expected = format!("a frame of at least {0}x{0}, the training crop", config.crop);
             return Err(Error::file(

@@ -20,6 +20,7 @@ pub(crate) struct Losses {
     pub(crate) dssim: f64,
     pub(crate) perceptual: f64,
     pub(crate) l1: f64,
+    pub(crate) psnr: f64,
 }
 
 /// Computes gradients from crops; fixed for a run.
@@ -83,6 +84,7 @@ impl Stepper<'_> {
             dssim: scalar(terms.dssim),
             perceptual: scalar(terms.perceptual),
             l1: scalar(terms.l1),
+            psnr: scalar(terms.psnr),
         };
         (losses, gradients)
     }
@@ -105,6 +107,7 @@ fn mean(results: Vec<(Losses, Gradients)>) -> (Losses, Gradients) {
         losses.dssim += l.dssim * share;
         losses.perceptual += l.perceptual * share;
         losses.l1 += l.l1 * share;
+        losses.psnr += l.psnr * share;
         for (name, values) in gradients {
             let total = sum.entry(name.clone()).or_insert_with(|| vec![0.0; values.len()]);
             total.iter_mut().zip(values).for_each(|(t, v)| *t += v * share as f32);

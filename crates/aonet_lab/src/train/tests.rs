@@ -10,7 +10,10 @@ use crate::dataset::{DatasetParams, DatasetPlan, Manifest, Preset, Work};
 use aonet::internals::graph::Graph;
 use aonet::internals::naive::{self, Inputs, Planes};
 use aonet::internals::weights::Weights;
-use aonet::net::{Arch, Features, KernelWeights, Model, ModelConfig, Output, Skips, TrainingFacts};
+use aonet::net::{
+    Arch, Channel, Features, KernelWeights, Model, ModelConfig, Output, SearchConfig, Skips, TrainingFacts,
+};
+use aonet::search::ArcsParams;
 use aonet_scene::scene::procedural::Kind;
 use aonet_scene::staging::{SceneSpec, SceneSplit};
 use burn::tensor::{Device, Tensor, TensorData};
@@ -109,18 +112,34 @@ fn the_trainer_agrees_with_the_oracle_about_searches() {
     let unseen = ModelConfig { features: Features::normal(), ..ours.clone() };
     let uncorrected = ModelConfig { output: Output::Visibility, ..ours.clone() };
     let kernels = ModelConfig { kernel: KernelWeights::Linear, ..ours.clone() };
-    for config in [ours, unseen, uncorrected, kernels] {
-        let sampled = samples::sampled(&config);
+    let arcs = SearchConfig::Arcs(ArcsParams::default());
+    let shares = ModelConfig {
+        features: Features::normal_radius_light(),
+        search: Some(arcs),
+        output: Output::Shares,
+        ..ours.clone()
+    };
+    let whole = ModelConfig { patch: 1, ..shares.clone() };
+    let unseen_shares = ModelConfig { features: Features::normal(), ..shares.clone() };
+    for config in [ours, unseen, uncorrected, kernels, shares, whole, unseen_shares] {
+        let search = config.search.expect("a search");
+        let sampled = samples::sampled(config.features.clone(), config.search);
         let model = model(config, 3);
         let planes = features(sampled.channels().len(), (64, 64));
         let area = 64 * 64;
-        let occlusion = sampled.horizon().expect("a search is sampled") * area;
-        let found = planes.values[occlusion..][..area].iter().map(|occlusion| 1.0 - occlusion).collect();
+        let found = |plane: usize| {
+            let channels = sampled.channels();
+            let at = channels.iter().position(|c| c.search_plane() == Some(plane)).expect("it is sampled");
+            let is_occlusion = channels[at] == Channel::HorizonOcclusion;
+            let values = planes.values[at * area..][..area].iter();
+            values.map(move |value| if is_occlusion { 1.0 - value } else { *value }).collect::<Vec<_>>()
+        };
+        let found = (0..search.planes()).flat_map(found).collect();
         let channels = model.config().features.channels().len();
         let plane = |channels: usize, values| Planes { channels, height: 64, width: 64, values };
         let inputs = Inputs {
             features: plane(channels, planes.values[..channels * area].to_vec()),
-            search: Some(plane(1, found)),
+            search: Some(plane(search.planes(), found)),
         };
         let expected = naive::evaluate(&model, &inputs).values;
         for by in [Kernels::Framework, Kernels::Own] {
@@ -259,7 +278,7 @@ pub(super) fn tiny_config(steps: u64) -> TrainConfig {
         batch: 2,
         crop: 64,
         learning_rate: 4e-3,
-        augment: Augment { mirror: false, roll: 0.0 },
+        augment: Augment::default(),
         validate_every: 20,
         checkpoint_every: 5,
         ..TrainConfig::paper(model)

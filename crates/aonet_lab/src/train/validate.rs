@@ -1,7 +1,8 @@
 //! Scores on whole validation frames.
 
 use super::config::TrainConfig;
-use crate::dataset::{Manifest, Split};
+use super::samples::seen_of;
+use crate::dataset::{FrameEntry, Manifest, Split};
 use crate::eval::read;
 use aonet::internals::weights::Weights;
 use aonet::net::cpu::Session;
@@ -51,8 +52,11 @@ impl Validation {
         }
         let count = config.validation_frames.clamp(1, entries.len());
         let chosen: Vec<_> = (0..count).map(|i| entries[i * entries.len() / count]).collect();
-        let frames =
-            chosen.into_par_iter().map(|(manifest, entry)| read(manifest, entry)).collect::<Result<_>>()?;
+        let frame = |(manifest, entry): (&Manifest, &FrameEntry)| {
+            let (gbuffer, params, reference) = read(manifest, entry)?;
+            Ok((seen_of(gbuffer, config, entry), params, reference))
+        };
+        let frames = chosen.into_par_iter().map(frame).collect::<Result<_>>()?;
         Ok(Self { frames })
     }
 

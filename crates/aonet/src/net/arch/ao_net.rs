@@ -29,7 +29,11 @@ pub(crate) fn build(config: &ModelConfig) -> Graph {
     }
     x = match config.kernel {
         KernelWeights::Off => {
-            let x = Conv::head(patch * patch).push(&mut graph, x);
+            let planes = match (config.output, config.search) {
+                (Output::Shares, Some(search)) => search.planes(),
+                _ => 1,
+            };
+            let x = Conv::head(patch * patch * planes).push(&mut graph, x);
             if patch > 1 { graph.push(Op::PatchMerge { input: x, patch }, 0) } else { x }
         }
         weights @ (KernelWeights::Linear | KernelWeights::Softmax) => {
@@ -39,10 +43,12 @@ pub(crate) fn build(config: &ModelConfig) -> Graph {
         }
     };
     match (config.output, inputs.search) {
-        (Output::Correction, Some(search)) => {
+        (Output::Correction | Output::Shares, Some(search)) => {
             graph.push(Op::Correct { search, correction: x }, 0);
         }
-        (Output::Correction, None) => unreachable!("a checked configuration has a search to correct"),
+        (Output::Correction | Output::Shares, None) => {
+            unreachable!("a checked configuration has a search to correct")
+        }
         (Output::Visibility, _) => {}
     }
     graph

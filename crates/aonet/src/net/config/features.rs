@@ -1,6 +1,7 @@
 //! The input channels of a network.
 
 use crate::error::{Error, Result};
+use crate::search::Share;
 use serde::{Deserialize, Serialize};
 
 /// A component of a vector in view space.
@@ -42,6 +43,10 @@ pub enum Channel {
     ProjectedRadius,
     /// 1 minus the visibility that the network's search finds; 0 on the background.
     HorizonOcclusion,
+    /// A share of light that the network's search tells; 0 on the background. The open share, the rest, is no channel.
+    Light(Share),
+    /// 1 everywhere if the frame has a second layer, else 0: hidden light means less where one was looked behind.
+    SecondLayer,
 }
 
 impl Channel {
@@ -57,6 +62,15 @@ impl Channel {
             Self::DepthNormalized => "normalised depth",
             Self::ProjectedRadius => "projected radius",
             Self::HorizonOcclusion => "horizon occlusion",
+            Self::Light(share) => match share {
+                Share::Open => "open light",
+                Share::Hit => "hit light",
+                Share::HiddenClose => "close hidden light",
+                Share::HiddenMiddle => "middle hidden light",
+                Share::HiddenDeep => "deep hidden light",
+                Share::Off => "off light",
+            },
+            Self::SecondLayer => "second layer",
         }
     }
 
@@ -64,7 +78,24 @@ impl Channel {
     pub fn all() -> impl Iterator<Item = Self> {
         let vectors = [Self::Normal, Self::NormalEncoded, Self::Position];
         let scalars = [Self::Depth, Self::DepthNormalized, Self::ProjectedRadius, Self::HorizonOcclusion];
-        vectors.into_iter().flat_map(|of| Axis::ALL.map(of)).chain(scalars)
+        let shares = Share::ALL.into_iter().skip(1).map(Self::Light);
+        let all = vectors.into_iter().flat_map(|of| Axis::ALL.map(of)).chain(scalars).chain(shares);
+        all.chain([Self::SecondLayer])
+    }
+
+    /// Which plane of the network's search it shows, if it shows any.
+    pub const fn search_plane(self) -> Option<usize> {
+        match self {
+            Self::HorizonOcclusion => Some(0),
+            Self::Light(share) => Some(share.search_plane()),
+            Self::Normal(_)
+            | Self::NormalEncoded(_)
+            | Self::Position(_)
+            | Self::Depth
+            | Self::DepthNormalized
+            | Self::ProjectedRadius
+            | Self::SecondLayer => None,
+        }
     }
 }
 
@@ -179,6 +210,17 @@ impl Features {
         self.0.iter().position(|c| *c == Channel::HorizonOcclusion)
     }
 
+    /// Normal, projected radius, every share of light that connected arcs tell, and whether there is a second layer.
+    pub fn normal_radius_light() -> Self {
+        let shares = Share::ALL.into_iter().skip(1).map(Channel::Light);
+        shares.fold(Self::normal_projected_radius(), Self::with).with(Channel::SecondLayer)
+    }
+
+    /// Whether a channel shows what the search found.
+    pub fn show_a_search(&self) -> bool {
+        self.0.iter().any(|channel| channel.search_plane().is_some())
+    }
+
     /// Whether the AO radius is an input, so that one network serves every radius.
     pub fn sees_radius(&self) -> bool {
         self.sees(Channel::ProjectedRadius)
@@ -205,7 +247,9 @@ impl Features {
                 Channel::Depth
                 | Channel::DepthNormalized
                 | Channel::ProjectedRadius
-                | Channel::HorizonOcclusion => return None,
+                | Channel::HorizonOcclusion
+                | Channel::Light(_)
+                | Channel::SecondLayer => return None,
             };
             let whole = i.checked_sub(axis.index()).and_then(|first| self.0.get(first..first + 3));
             (whole != Some(&Axis::ALL.map(vector)[..])).then_some(*channel)
@@ -220,7 +264,7 @@ mod tests {
     #[test]
     fn channels_have_names_of_their_own_and_round_trip() {
         let all: Vec<_> = Channel::all().collect();
-        assert_eq!(all.len(), 13);
+        assert_eq!(all.len(), 19);
         assert_eq!(Features::new(all.clone()).repeated(), None);
         for channel in all {
             let json = serde_json::to_string(&channel).unwrap();

@@ -44,6 +44,9 @@ pub enum Output {
     Visibility,
     /// The output is added to the visibility that the search finds. Needs [`ModelConfig::search`].
     Correction,
+    /// The same, and weights of the shares of light that the search tells: how much of what is hidden, or off the frame, is open
+    /// after all. Needs a search that tells shares, and no kernels.
+    Shares,
 }
 
 /// The family of the topology.
@@ -83,7 +86,7 @@ pub struct ModelConfig {
     pub kernel: KernelWeights,
     /// How the image follows from the network's output.
     pub output: Output,
-    /// The search that runs before the network, for [`Channel::HorizonOcclusion`] and [`Output::Correction`].
+    /// The search that runs before the network, for the channels that show one, [`Output::Correction`] and [`Output::Shares`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub search: Option<SearchConfig>,
     /// Channels of each encoder level, finest first; each level halves the resolution of the one before.
@@ -213,7 +216,21 @@ impl ModelConfig {
     }
 
     fn check_search(&self) -> Result<()> {
-        let is_read = self.features.sees(Channel::HorizonOcclusion) || self.output == Output::Correction;
+        let is_read = self.features.show_a_search() || self.output != Output::Visibility;
+        let planes = self.search.map_or(0, |search| search.planes());
+        let absent = |channel: &&Channel| channel.search_plane().is_some_and(|plane| plane >= planes.max(1));
+        if let Some(channel) = self.features.channels().iter().find(absent) {
+            return Err(Error::config(
+                "search",
+                format!("arcs, which tells {}", channel.name()),
+                "another one",
+            ));
+        }
+        if self.output == Output::Shares && (planes < 2 || self.kernel != KernelWeights::Off) {
+            let found =
+                format!("{:?} and {}", self.kernel, self.search.map_or("none", |s| s.method().name()));
+            return Err(Error::config("output", "kernel off and the search arcs, to weigh shares", found));
+        }
         match self.search {
             Some(search) if is_read => search.checked().map(drop),
             Some(search) => {

@@ -1,7 +1,7 @@
 //! The search that a network sees and corrects.
 
 use crate::error::Result;
-use crate::search::{AgtaoParams, Classic, Denoise};
+use crate::search::{AgtaoParams, ArcsParams, Classic, Denoise, PLANES};
 use serde::{Deserialize, Serialize};
 
 /// A classic method and its parameters, run before the network. As JSON: `{"agtao": {"slices": 3, ...}}`.
@@ -13,6 +13,8 @@ use serde::{Deserialize, Serialize};
 pub enum SearchConfig {
     /// Attenuated GTAO.
     Agtao(AgtaoParams),
+    /// Connected arcs, which tell shares of light besides.
+    Arcs(ArcsParams),
 }
 
 impl SearchConfig {
@@ -31,6 +33,7 @@ impl SearchConfig {
     pub fn method(&self) -> Classic {
         match *self {
             Self::Agtao(params) => Classic::Agtao(params),
+            Self::Arcs(params) => Classic::Arcs(params),
         }
     }
 
@@ -38,6 +41,15 @@ impl SearchConfig {
     pub(crate) fn filter(&self) -> Denoise {
         match self {
             Self::Agtao(params) => params.denoise(),
+            Self::Arcs(params) => params.denoise(),
+        }
+    }
+
+    /// Numbers that it tells of a pixel: the visibility, then the shares of light that it tells apart.
+    pub fn planes(&self) -> usize {
+        match self {
+            Self::Agtao(_) => 1,
+            Self::Arcs(_) => PLANES,
         }
     }
 

@@ -37,7 +37,11 @@ impl Session {
 fn written_by(plan: &Plan, step: usize) -> Option<usize> {
     match &plan.steps[step] {
         Step::Features { output, .. } | Step::Conv(ConvStep { output, .. }) => Some(*output),
-        Step::Search { .. } | Step::Filter { .. } | Step::Head(_) | Step::Image { .. } => None,
+        Step::Surfels { .. }
+        | Step::Search { .. }
+        | Step::Filter { .. }
+        | Step::Head(_)
+        | Step::Image { .. } => None,
     }
 }
 

@@ -43,7 +43,7 @@ impl Head {
     /// Runs over the arena into the image.
     pub(super) fn run(&self, context: Context<'_>, gbuffer: &GBuffer, image: &mut AoImage) {
         let Context { workers, arena, .. } = context;
-        let base = self.base.as_ref().map(|base| &arena[base.range()]);
+        let base = self.base.as_ref().map(|base| (&arena[base.range()], base.row_len()));
         let (input, guide) = (&arena[self.weights.input.range()], &arena[self.guide.range()]);
         let width = image.width();
         workers.for_each_band(image.visibility_mut(), width * self.weights.patch, |band| {
@@ -57,8 +57,8 @@ struct HeadBand<'a> {
     input: &'a [f32],
     guide: &'a [f32],
     gbuffer: &'a GBuffer<'a>,
-    /// HxW visibility that the head corrects.
-    base: Option<&'a [f32]>,
+    /// What the head corrects: the first plane of every row.
+    base: Option<(&'a [f32], usize)>,
     band: Band<'a>,
 }
 
@@ -72,7 +72,7 @@ impl DotKernel for HeadBand<'_> {
         let depth = &self.gbuffer.depth()[band.first * row_len..];
         for (i, (image, depth)) in band.values.chunks_mut(row_len).zip(depth.chunks(row_len)).enumerate() {
             let y = band.first + i;
-            let base = self.base.map(|base| &base[y * row_len..][..depth.len()]);
+            let base = self.base.map(|(base, stride)| (&base[y * patch * stride..], stride));
             let mut lines = Lines { image, depth, base, width };
             let features = &self.input[y * weights.input.row_len()..][..weights.input.row_len()];
             for x in (0..cells).step_by(VECTORS * D::Simd::LANES) {

@@ -19,6 +19,8 @@ pub(super) struct HeadWeights {
     /// Side of a patch (px).
     pub(super) patch: usize,
     pub(super) kernel: KernelWeights,
+    /// Values for each pixel.
+    pub(super) planes: usize,
     /// By group of outputs, word of input channels, output of the group.
     pub(super) weights: Aligned,
     /// What a sum is worth, for each output, whole groups.
@@ -31,13 +33,13 @@ impl HeadWeights {
     /// # Errors
     /// When there is not enough memory, or the ranges of integers are not known.
     pub(super) fn new(recipe: &Recipe<'_>, step: &HeadStep) -> Result<Self> {
-        let HeadStep { name, patch, kernel, .. } = step;
-        let (patch, kernel) = (*patch, *kernel);
+        let HeadStep { name, patch, kernel, planes, .. } = step;
+        let (patch, kernel, planes) = (*patch, *kernel, *planes);
         let arithmetic = recipe.arithmetic;
         let Parameters { weight, bias } = recipe.parameters(name);
         let steps = recipe.steps(step.input, arithmetic)?;
         let input = recipe.plan.buffers[step.input].clone();
-        let outputs = patch * patch * kernel.outputs_per_pixel();
+        let outputs = patch * patch * planes * kernel.outputs_per_pixel();
         let group = arithmetic.accumulators() / VECTORS;
         let padded = outputs.next_multiple_of(group);
         let words = input.channels.div_ceil(arithmetic.packed());
@@ -53,6 +55,6 @@ impl HeadWeights {
                 weights[first + w * group] = packing::word(arithmetic, numbers.iter().copied());
             }
         }
-        Ok(Self { input, steps, patch, kernel, weights, scales, biases })
+        Ok(Self { input, steps, patch, kernel, planes, weights, scales, biases })
     }
 }

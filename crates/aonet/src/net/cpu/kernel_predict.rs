@@ -34,9 +34,9 @@ struct Seen<'a> {
 }
 
 impl Tile<'_> {
-    /// Values of scratch memory for `cells` cells: features, window, kernels and visibility.
+    /// Values of scratch memory for `cells` cells: features, window, kernels and values.
     pub(super) fn scratch_len(head: &HeadWeights, cells: usize) -> usize {
-        (feature_lines(head) + window_len(head.patch) + TAPS + head.patch * head.patch) * cells
+        (feature_lines(head) + window_len(head.patch) + TAPS + values_of(head)) * cells
     }
 
     /// The visibility of `N` vectors of cells.
@@ -60,11 +60,11 @@ impl Tile<'_> {
         let (features, rest) = scratch.split_at_mut(feature_lines(self.weights) * cells);
         let (window, rest) = rest.split_at_mut(window_len(patch) * cells);
         let (kernel, rest) = rest.split_at_mut(TAPS * cells);
-        let visibility = &mut rest[..patch * patch * cells];
+        let values = &mut rest[..values_of(self.weights) * cells];
         self.transpose_features(dot, features, cells);
         match self.weights.kernel {
             KernelWeights::Off => {
-                for (group, out) in visibility.chunks_mut(K * cells).enumerate() {
+                for (group, out) in values.chunks_mut(K * cells).enumerate() {
                     let outputs = self.outputs::<D, N, K>(dot, features, group);
                     for (values, out) in outputs.iter().zip(out.chunks_exact_mut(cells)) {
                         store(dot.simd(), *values, out);
@@ -73,13 +73,13 @@ impl Tile<'_> {
             }
             KernelWeights::Linear => {
                 self.guide.copy_to(window, cells);
-                for (pixel, out) in visibility.chunks_exact_mut(cells).enumerate() {
+                for (pixel, out) in values.chunks_exact_mut(cells).enumerate() {
                     self.apply::<D, N, K>(dot, Seen { features, window }, pixel, out);
                 }
             }
             KernelWeights::Softmax => {
                 self.guide.copy_to(window, cells);
-                for (pixel, out) in visibility.chunks_exact_mut(cells).enumerate() {
+                for (pixel, out) in values.chunks_exact_mut(cells).enumerate() {
                     for (group, kernel) in kernel.chunks_exact_mut(K * cells).enumerate() {
                         let outputs = self.outputs::<D, N, K>(dot, features, pixel * (TAPS / K) + group);
                         for (values, out) in outputs.iter().zip(kernel.chunks_exact_mut(cells)) {
@@ -90,7 +90,7 @@ impl Tile<'_> {
                 }
             }
         }
-        Cells { visibility, first: self.guide.x, count: cells, patch }
+        Cells { values, first: self.guide.x, count: cells, patch }
     }
 
     /// Group `group` of `K` outputs of the convolution.
@@ -214,6 +214,11 @@ impl Tile<'_> {
             }
         }
     }
+}
+
+/// Values of a cell.
+fn values_of(head: &HeadWeights) -> usize {
+    head.patch * head.patch * head.planes
 }
 
 /// Channels of the head's input, whole blocks.

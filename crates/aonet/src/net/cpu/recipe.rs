@@ -75,6 +75,7 @@ pub(super) fn buffer_name(plan: &Plan, buffer: BufferId) -> &str {
     let written = plan.steps.iter().find_map(|step| match step {
         Step::Conv(plan::ConvStep { name, output, .. }) if *output == buffer => Some(name.as_str()),
         Step::Conv(_)
+        | Step::Surfels { .. }
         | Step::Search { .. }
         | Step::Filter { .. }
         | Step::Features { .. }

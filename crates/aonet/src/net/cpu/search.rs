@@ -5,19 +5,42 @@ use crate::net::config::SearchConfig;
 use crate::net::plan::Buffer;
 use crate::search::{self, Screen};
 
+/// Packs the normals of both layers.
+#[derive(Debug)]
+pub(super) struct Surfels {
+    pub(super) outputs: [Buffer; 2],
+}
+
+impl Surfels {
+    /// Runs over the arena.
+    pub(super) fn run(&self, context: Context<'_>, screen: &Screen<'_>) {
+        let ranges = self.outputs.each_ref().map(Buffer::range);
+        let layers = context.arena.get_disjoint_mut(ranges).expect("live buffers do not overlap");
+        search::surfels::pack(screen, context.workers, layers);
+    }
+}
+
 /// The method without its filter.
 #[derive(Debug)]
 pub(super) struct Search {
     pub(super) search: SearchConfig,
+    /// Packed normals, if the method reads them.
+    pub(super) surfels: Option<[Buffer; 2]>,
     pub(super) output: Buffer,
 }
 
 impl Search {
     /// Runs over the arena.
     pub(super) fn run(&self, context: Context<'_>, screen: &Screen<'_>) {
-        let (Context { isa, workers, arena }, width) = (context, self.output.width);
-        workers.for_each_band(&mut arena[self.output.range()], width, |band| match self.search {
+        let Context { isa, workers, arena } = context;
+        let [first, second] = self.surfels.as_ref().map_or([0..0, 0..0], |s| s.each_ref().map(Buffer::range));
+        let [output, first, second] = arena
+            .get_disjoint_mut([self.output.range(), first, second])
+            .expect("live buffers do not overlap");
+        let surfels = [&*first, &*second];
+        workers.for_each_band(output, self.output.row_len(), |band| match self.search {
             SearchConfig::Agtao(params) => search::agtao_band(isa, params, screen, band),
+            SearchConfig::Arcs(params) => search::arcs_band(isa, (params, surfels), screen, band),
         });
     }
 }
@@ -37,6 +60,6 @@ impl Filter {
         let ranges = [self.output.range(), self.input.range()];
         let [output, input] = arena.get_disjoint_mut(ranges).expect("live buffers do not overlap");
         let filter = search::Filter::new(screen, self.search.filter(), input);
-        workers.for_each_band(output, self.output.width, |band| search::filter_band(isa, &filter, band));
+        workers.for_each_band(output, self.output.row_len(), |band| search::filter_band(isa, &filter, band));
     }
 }

@@ -7,7 +7,7 @@ use super::head::Head;
 use super::image::Image;
 use super::precision::{Arithmetic, Precision};
 use super::recipe::Recipe;
-use super::search::{Filter, Search};
+use super::search::{Filter, Search, Surfels};
 use super::winograd::{self, Winograd};
 use crate::error::{Error, Result};
 use crate::frame::ao_image::{AoImage, AoParams};
@@ -59,6 +59,7 @@ pub struct Session {
 /// A step of the plan with its weights.
 #[derive(Debug)]
 enum Prepared {
+    Surfels(Surfels),
     Search(Search),
     Filter(Filter),
     Features(PartitionFeatures),
@@ -142,6 +143,7 @@ impl Session {
         for (i, step) in self.steps.iter().enumerate() {
             let context = Context { isa: self.isa, workers: &mut self.workers, arena: &mut self.arena };
             match step {
+                Prepared::Surfels(step) => step.run(context, screen),
                 Prepared::Search(step) => step.run(context, screen),
                 Prepared::Filter(step) => step.run(context, screen),
                 Prepared::Features(step) => step.run(context, &self.features, gbuffer, params),
@@ -186,9 +188,12 @@ impl Prepared {
         let plan = recipe.plan;
         let buffer = |id: BufferId| plan.buffers[id].clone();
         Ok(match step {
-            Step::Search { search, output } => {
-                Self::Search(Search { search: *search, output: buffer(*output) })
-            }
+            Step::Surfels { outputs } => Self::Surfels(Surfels { outputs: outputs.map(buffer) }),
+            Step::Search { search, surfels, output } => Self::Search(Search {
+                search: *search,
+                surfels: surfels.map(|surfels| surfels.map(buffer)),
+                output: buffer(*output),
+            }),
             Step::Filter { search, input, output } => {
                 Self::Filter(Filter { search: *search, input: buffer(*input), output: buffer(*output) })
             }
@@ -209,7 +214,7 @@ impl Prepared {
 
     fn scratch_len(&self) -> usize {
         match self {
-            Self::Search(_) | Self::Filter(_) => 0,
+            Self::Surfels(_) | Self::Search(_) | Self::Filter(_) => 0,
             Self::Features(step) => step.scratch_len(),
             Self::Conv(conv) => conv.scratch_len(),
             Self::Winograd(conv) => conv.scratch_len(),

@@ -31,7 +31,7 @@ impl Memory {
                 blocks(b.channels) * BLOCK * b.height * b.width * arithmetic.real_bytes()
             }
             // What searches find is 32-bit in every arithmetic.
-            Layout::Image => b.height * b.width * size_of::<f32>(),
+            Layout::Image => b.channels * b.height * b.width * size_of::<f32>(),
         };
         let (place, sizes) = share(tensors, bytes);
         let buffers = sizes.iter().map(|bytes| list.storage("activations", *bytes)).collect();

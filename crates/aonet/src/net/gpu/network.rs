@@ -3,7 +3,7 @@
 use crate::error::{Error, Result};
 use crate::frame::size::Size;
 use crate::gpu::image::{Image, Raw};
-use crate::gpu::options::ProgramOptions;
+use crate::gpu::options::{Layers, ProgramOptions};
 use crate::gpu::program::{self, Arithmetic, Binding, Describe, Dispatches, Draw, Program};
 use crate::gpu::surface::Surface;
 use crate::net::config::{Channel, Features, SearchConfig};
@@ -15,7 +15,7 @@ use crate::net::gpu::memory::Memory;
 use crate::net::graph::Graph;
 use crate::net::model::Model;
 use crate::net::plan::{BufferId, Plan, Step};
-use crate::search::gpu::{agtao, denoise, pixels};
+use crate::search::gpu::{agtao, arcs, denoise, pixels, surfels};
 
 /// Sources of a convolution at most: with weights, bias and output they are within the eight storage buffers that
 /// every device has.
@@ -34,12 +34,34 @@ pub struct Network {
 /// A step of a plan with its packed weights.
 #[derive(Debug)]
 enum PackedStep {
-    Search { search: SearchConfig, output: BufferId },
-    Filter { search: SearchConfig, input: BufferId, output: BufferId },
-    Features { search: Option<BufferId>, output: BufferId, patch: usize },
+    /// Normals of the second layer.
+    Surfels {
+        output: BufferId,
+    },
+    Search {
+        search: SearchConfig,
+        surfels: Option<BufferId>,
+        output: BufferId,
+    },
+    Filter {
+        search: SearchConfig,
+        input: BufferId,
+        output: BufferId,
+    },
+    Features {
+        search: Option<BufferId>,
+        output: BufferId,
+        patch: usize,
+    },
     Conv(Conv),
-    Head { head: Head, patch: usize, base: Option<BufferId> },
-    Image { input: BufferId },
+    Head {
+        head: Head,
+        patch: usize,
+        base: Option<(BufferId, usize)>,
+    },
+    Image {
+        input: BufferId,
+    },
 }
 
 impl Network {
@@ -90,12 +112,23 @@ impl Network {
         let Context { surface, plan, memory, .. } = *context;
         let place = |id: &BufferId| memory.of(*id);
         match step {
-            PackedStep::Search { search: SearchConfig::Agtao(params), output } => {
-                let shader = agtao::shader(surface, params);
-                pixels::push("agtao", shader, &[Binding::Write(place(output))], plan.size, list);
+            PackedStep::Surfels { output } => {
+                if surface.textures.layers == Layers::Two {
+                    surfels::push_into(place(output), surface, plan.size, list);
+                }
+            }
+            PackedStep::Search { search, surfels, output } => {
+                let shader = match search {
+                    SearchConfig::Agtao(params) => agtao::shader(surface, params),
+                    SearchConfig::Arcs(params) => arcs::shader(surface, params, search.planes()),
+                };
+                let seen = surfels.filter(|_| surface.textures.layers == Layers::Two);
+                let mut bindings = vec![Binding::Write(place(output))];
+                bindings.extend(seen.map(|surfels| Binding::Read(place(&surfels))));
+                pixels::push(search.method().name(), shader, &bindings, plan.size, list);
             }
             PackedStep::Filter { search, input, output } => {
-                let shader = denoise::shader(surface, search.filter());
+                let shader = denoise::shader(surface, search.filter(), search.planes());
                 denoise::push(shader, [place(input), place(output)], plan.size, list);
             }
             PackedStep::Features { search, output, patch } => {
@@ -105,14 +138,14 @@ impl Network {
             }
             PackedStep::Conv(conv) => conv.push(context, list),
             PackedStep::Head { head, patch, base } => {
-                let raw = list.storage("visibility", Head::raw_len(plan) * size_of::<f32>());
+                let raw = list.storage("visibility", head.raw_len(plan) * size_of::<f32>());
                 head.push(context, raw, list);
                 let cells = plan.cells(*patch);
                 return Some(Image {
                     raw: Raw::Pixels(raw),
                     patch: *patch,
                     cells,
-                    base: base.as_ref().map(place),
+                    base: base.as_ref().map(|(found, planes)| (place(found), *planes)),
                 });
             }
             PackedStep::Image { input } => {
@@ -137,7 +170,11 @@ impl PackedStep {
     fn new(step: &Step, plan: &Plan, model: &Model, arithmetic: Arithmetic) -> Result<Self> {
         let weights = model.weights();
         Ok(match step {
-            Step::Search { search, output } => Self::Search { search: *search, output: *output },
+            // Shaders read the normals of the first layer from its texture.
+            Step::Surfels { outputs: [_, second] } => Self::Surfels { output: *second },
+            Step::Search { search, surfels, output } => {
+                Self::Search { search: *search, surfels: surfels.map(|[_, second]| second), output: *output }
+            }
             Step::Filter { search, input, output } => {
                 Self::Filter { search: *search, input: *input, output: *output }
             }
@@ -153,7 +190,7 @@ impl PackedStep {
             }
             Step::Head(step) => {
                 let head = Head::new(arithmetic, plan, weights, step);
-                Self::Head { head, patch: step.patch, base: step.base }
+                Self::Head { head, patch: step.patch, base: step.base.map(|found| (found, step.planes)) }
             }
             Step::Image { input } => Self::Image { input: *input },
         })

@@ -293,15 +293,17 @@ struct HeadCase {
     /// Side of a patch (px).
     patch: usize,
     kernel: KernelWeights,
+    /// Values for each pixel.
+    planes: usize,
     /// Columns and rows of patches.
     cells: Size,
 }
 
 fn check_head(on: &[On], case: HeadCase) {
-    let HeadCase { channels, patch, kernel, cells } = case;
+    let HeadCase { channels, patch, kernel, planes, cells } = case;
     let (width, height) = (cells.width(), cells.height());
     let what = format!("{case:?}");
-    let outputs = patch * patch * kernel.outputs_per_pixel();
+    let outputs = patch * patch * planes * kernel.outputs_per_pixel();
     let weights = weights([outputs, channels, 1, 1]);
     let [w, b] = ["conv.weight", "conv.bias"].map(|name| &weights.get(name).values[..]);
     let input = planes((channels, height, width), 3);
@@ -319,9 +321,10 @@ fn check_head(on: &[On], case: HeadCase) {
     for on in on {
         let mut list = Dispatches::default();
         let memory = Memory::new(on.arithmetic, &plan.buffers, &mut list);
-        let raw = list.storage("raw", Head::raw_len(&plan) * 4);
-        let step = HeadStep { name: "conv".to_owned(), input: 0, guide: 1, patch, kernel, base: None };
+        let step =
+            HeadStep { name: "conv".to_owned(), input: 0, guide: 1, patch, kernel, planes, base: None };
         let head = Head::new(on.arithmetic, &plan, &weights, &step);
+        let raw = list.storage("raw", head.raw_len(&plan) * 4);
         head.push(&on.context(&plan, &memory), raw, &mut list);
         let inputs = [(memory.of(0), &input), (memory.of(1), &guide_cells)];
         let found = floats(&run(on, &list, &inputs, raw).unwrap());
@@ -339,11 +342,12 @@ fn heads() {
     let on = devices();
     for patch in [1, 2, 4, 8] {
         for kernel in [Off, Linear, Softmax] {
-            check_head(&on, HeadCase { channels: 5, patch, kernel, cells: Size::px(9, 4) });
+            check_head(&on, HeadCase { channels: 5, patch, kernel, planes: 1, cells: Size::px(9, 4) });
         }
+        check_head(&on, HeadCase { channels: 5, patch, kernel: Off, planes: 6, cells: Size::px(9, 4) });
     }
     for cells in [Size::px(1, 1), Size::px(17, 3), Size::px(33, 9)] {
-        check_head(&on, HeadCase { channels: 33, patch: 4, kernel: Linear, cells });
+        check_head(&on, HeadCase { channels: 33, patch: 4, kernel: Linear, planes: 1, cells });
     }
 }
 
@@ -369,7 +373,7 @@ fn matrices_spelt_out() {
         for (channels, patch, kernel, cells) in
             [(33, 4, KernelWeights::Linear, Size::px(17, 5)), (5, 1, KernelWeights::Softmax, Size::px(9, 4))]
         {
-            check_head(&on, HeadCase { channels, patch, kernel, cells });
+            check_head(&on, HeadCase { channels, patch, kernel, planes: 1, cells });
         }
     }
 }

@@ -20,6 +20,17 @@ const MOST_GRAZING: f64 = 0.05;
 /// Light is hidden by less than these (share of the AO radius).
 const GAPS: [f64; 3] = [0.1, 0.3, 4.0];
 
+/// Visibility before the filter, and the shares after it: 6xHxW.
+pub(super) fn planes(arcs: &ArcsParams, gbuffer: &GBuffer, params: AoParams) -> Planes {
+    let shares = shares(arcs, gbuffer, params);
+    let weights = [arcs.hit, arcs.hidden_close, arcs.hidden_middle, arcs.hidden_deep, arcs.off];
+    Planes::from_fn((6, shares.height, shares.width), |plane, y, x| {
+        let share = |c: usize| shares.at(c, y as isize, x as isize);
+        let lost: f32 = weights.iter().enumerate().map(|(c, weight)| weight * share(c)).sum();
+        if plane == 0 { (1.0 - lost).clamp(0.0, 1.0).powf(arcs.power) } else { share(plane - 1) }
+    })
+}
+
 /// 5xHxW shares before any filter: hit, hidden by less than each gap but not by less than the one before, off; 0 on the background.
 pub(super) fn shares(arcs: &ArcsParams, gbuffer: &GBuffer, params: AoParams) -> Planes {
     let screen = Screen::new(gbuffer, params);

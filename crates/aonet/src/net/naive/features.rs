@@ -40,6 +40,11 @@ pub fn features(features: &Features, gbuffer: &GBuffer, params: AoParams, search
                 let found = search.expect("what the search found");
                 1.0 - f64::from(found.at(0, y as isize, x as isize))
             }
+            Channel::Light(share) => {
+                let found = search.expect("what the search found");
+                f64::from(found.at(share.search_plane(), y as isize, x as isize))
+            }
+            Channel::SecondLayer => f64::from(u8::from(gbuffer.second().is_some())),
         };
         value as f32
     })

@@ -9,19 +9,19 @@ const REACH: isize = 2;
 /// Weights by distance along an axis: a Gaussian with a spread of 1.5 px.
 const SPATIAL: [f64; 3] = [1.0, 0.8007, 0.4111];
 
-/// One pass over 1xHxW visibility: neighbours count as far as they lie on the pixel's plane and face its way.
-pub(super) fn filter(screen: &Screen<'_>, by: Denoise, visibility: &Planes) -> Planes {
+/// One pass over visibility and shares of light: neighbours count as far as they lie on the pixel's plane and face its way.
+pub(super) fn filter(screen: &Screen<'_>, by: Denoise, found: &Planes) -> Planes {
     let (width, height) = (screen.gbuffer.width() as isize, screen.gbuffer.height() as isize);
     let shows_geometry = |x: isize, y: isize| screen.gbuffer.is_foreground((y * width + x) as usize);
     let position = |x: isize, y: isize| {
         let (x, y) = (x as usize, y as usize);
         screen.lens.position(x, y, screen.depth(x, y))
     };
-    Planes::from_fn((1, visibility.height, visibility.width), |_, y, x| {
+    Planes::from_fn((found.channels, found.height, found.width), |c, y, x| {
         let normal = screen.normal(x, y);
         let (x, y) = (x as isize, y as isize);
         if !shows_geometry(x, y) {
-            return 1.0;
+            return if c == 0 { 1.0 } else { 0.0 };
         }
         let (mut sum, mut weights) = (0.0, 0.0);
         for (dy, dx) in (-REACH..=REACH).flat_map(|dy| (-REACH..=REACH).map(move |dx| (dy, dx))) {
@@ -35,9 +35,9 @@ pub(super) fn filter(screen: &Screen<'_>, by: Denoise, visibility: &Planes) -> P
             let cosine = screen.normal(nx as usize, ny as usize).dot(normal).max(0.0);
             let spatial = SPATIAL[dx.unsigned_abs()] * SPATIAL[dy.unsigned_abs()];
             let weight = spatial * on_plane * cosine.powf(f64::from(by.normal));
-            sum += weight * f64::from(visibility.at(0, ny, nx));
+            sum += weight * f64::from(found.at(c, ny, nx));
             weights += weight;
         }
-        if weights > 1e-6 { (sum / weights) as f32 } else { visibility.at(0, y, x) }
+        if weights > 1e-6 { (sum / weights) as f32 } else { found.at(c, y, x) }
     })
 }

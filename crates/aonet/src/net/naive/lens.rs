@@ -40,7 +40,6 @@ impl Lens {
     }
 
     /// Unit vector away from the camera through a place (x, y) of the screen (px).
-    #[cfg(test)]
     pub(super) fn ray(&self, at: [f64; 2]) -> DVec3 {
         (self.place(at, 2.0) - self.place(at, 1.0)).normalize()
     }

@@ -2,7 +2,6 @@
 //! of the runtimes: search, features and operations are written again from their definitions. (Only the noise pattern of the
 //! search is shared: it is data.)
 
-#[cfg(test)]
 mod arcs;
 mod features;
 mod filter;
@@ -69,7 +68,7 @@ impl Planes {
 pub struct Inputs {
     /// CxHxW.
     pub features: Planes,
-    /// 1xHxW visibility that the search found, if the network has a search.
+    /// The visibility that the search found and the shares that it tells, if the network has a search.
     pub search: Option<Planes>,
 }
 
@@ -123,7 +122,7 @@ pub fn run_with_search(
     AoImage::new(window.size(), window.cropped(visibility.collect()))
 }
 
-/// 1xHxW visibility that the network's search finds on a frame, if it has a search.
+/// The visibility that the network's search finds on a frame, and the shares that it tells, if it has a search.
 pub fn search(model: &Model, gbuffer: &GBuffer, params: AoParams) -> Option<Planes> {
     model.config().search.map(|config| search::search(&config, gbuffer, params))
 }
@@ -238,7 +237,8 @@ pub fn concat(first: &Planes, second: &Planes) -> Planes {
 pub fn correct(search: &Planes, correction: &Planes) -> Planes {
     Planes::from_fn((1, search.height, search.width), |_, y, x| {
         let (y, x) = (y as isize, x as isize);
-        search.at(0, y, x) + correction.at(0, y, x)
+        let weighed = (1..correction.channels).map(|c| correction.at(c, y, x) * search.at(c, y, x));
+        search.at(0, y, x) + correction.at(0, y, x) + weighed.sum::<f32>()
     })
 }
 

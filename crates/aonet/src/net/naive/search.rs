@@ -5,7 +5,7 @@
 //! farther away the tap is.
 
 use super::screen::Screen;
-use super::{Planes, filter};
+use super::{Planes, arcs, filter};
 use crate::frame::ao_image::AoParams;
 use crate::frame::gbuffer::GBuffer;
 use crate::net::config::SearchConfig;
@@ -18,20 +18,22 @@ const MOST_GRAZING: f64 = 0.1;
 /// Least cosine between the projected normal and the viewer that the open sky is counted for.
 const MOST_AVERTED: f64 = -0.25;
 
-/// 1xHxW visibility that a search finds, its filter included.
+/// What a search finds, its filter included: the visibility, and the shares that it tells.
 pub(super) fn search(config: &SearchConfig, gbuffer: &GBuffer, params: AoParams) -> Planes {
-    let SearchConfig::Agtao(agtao) = config;
     let screen = Screen::new(gbuffer, params);
-    let mut visibility = Planes::from_fn((1, gbuffer.height(), gbuffer.width()), |_, y, x| {
-        match gbuffer.is_foreground(y * gbuffer.width() + x) {
-            true => screen.visibility(agtao, x, y) as f32,
-            false => 1.0,
-        }
-    });
-    for _ in 0..agtao.denoise_passes {
-        visibility = filter::filter(&screen, agtao.denoise(), &visibility);
+    let mut found = match config {
+        SearchConfig::Agtao(agtao) => Planes::from_fn((1, gbuffer.height(), gbuffer.width()), |_, y, x| {
+            match gbuffer.is_foreground(y * gbuffer.width() + x) {
+                true => screen.visibility(agtao, x, y) as f32,
+                false => 1.0,
+            }
+        }),
+        SearchConfig::Arcs(arcs) => arcs::planes(arcs, gbuffer, params),
+    };
+    for _ in 0..config.filter().passes {
+        found = filter::filter(&screen, config.filter(), &found);
     }
-    visibility
+    found
 }
 
 /// A plane through a pixel and the viewer.

@@ -18,7 +18,7 @@ pub enum Layout {
     Planar,
     /// Block of channels by block of channels, each a line of pixels with its halo, channels innermost.
     Blocked,
-    /// The frame's own pixels, without halo: one channel.
+    /// The frame's own pixels, without halo, channel by channel.
     Image,
 }
 
@@ -66,7 +66,7 @@ impl Buffer {
         match self.layout {
             Layout::Planar => self.channels * (self.width + 2 * HALO),
             Layout::Blocked => self.channels.next_multiple_of(CHANNEL_BLOCK) * (self.width + 2 * HALO),
-            Layout::Image => self.width,
+            Layout::Image => self.channels * self.width,
         }
     }
 

@@ -40,7 +40,7 @@ impl<'a> Lowering<'a> {
         }
         // Without patches and kernels the last convolution itself is the image.
         match values.last() {
-            Some(head @ Lowered::Head { .. }) => drop(lowering.head(head, 1, KernelWeights::Off)),
+            Some(head @ Lowered::Head { .. }) => drop(lowering.head(head, (1, 1), KernelWeights::Off)),
             Some(Lowered::Sources(sources)) => lowering.image(sources),
             Some(Lowered::Search(_) | Lowered::Features { .. } | Lowered::Image) | None => {}
         }
@@ -48,10 +48,19 @@ impl<'a> Lowering<'a> {
     }
 
     fn search(&mut self, search: SearchConfig) -> Lowered {
-        let mut found = self.image_buffer();
-        self.steps.push(Step::Search { search, output: found });
+        let surfels = match search {
+            SearchConfig::Agtao(_) => None,
+            SearchConfig::Arcs(_) => {
+                let outputs = [(); 2].map(|()| self.image_buffer(1));
+                self.steps.push(Step::Surfels { outputs });
+                Some(outputs)
+            }
+        };
+        let mut found = self.image_buffer(search.planes());
+        surfels.into_iter().flatten().for_each(|surfels| self.read(surfels));
+        self.steps.push(Step::Search { search, surfels, output: found });
         for _ in 0..search.filter().passes {
-            let output = self.image_buffer();
+            let output = self.image_buffer(search.planes());
             self.read(found);
             self.steps.push(Step::Filter { search, input: found, output });
             found = output;
@@ -73,8 +82,8 @@ impl<'a> Lowering<'a> {
     }
 
     /// A new image that the next step writes.
-    fn image_buffer(&mut self) -> BufferId {
-        self.add(Layout::Image, 1, self.size)
+    fn image_buffer(&mut self, channels: usize) -> BufferId {
+        self.add(Layout::Image, channels, self.size)
     }
 
     /// A new buffer that the next step writes.
@@ -110,10 +119,15 @@ impl<'a> Lowering<'a> {
                 Lowered::Sources(both.concat())
             }
             Op::KernelPredict { kernels, patch, weights, .. } => {
-                self.head(&values[*kernels], *patch, *weights)
+                self.head(&values[*kernels], (*patch, 1), *weights)
             }
-            Op::Correct { search, correction } => self.correct(&values[*search], &values[*correction]),
-            Op::PatchMerge { input, patch } => self.head(&values[*input], *patch, KernelWeights::Off),
+            Op::Correct { search, correction } => {
+                let planes = self.graph.nodes()[*correction].channels;
+                self.correct(&values[*search], &values[*correction], planes)
+            }
+            Op::PatchMerge { input, patch } => {
+                self.head(&values[*input], (*patch, node.channels), KernelWeights::Off)
+            }
         }
     }
 
@@ -153,7 +167,7 @@ impl<'a> Lowering<'a> {
         Lowered::Sources(vec![Source { buffer: output, resample: Resample::None }])
     }
 
-    fn head(&mut self, conv: &Lowered, patch: usize, kernel: KernelWeights) -> Lowered {
+    fn head(&mut self, conv: &Lowered, (patch, planes): (usize, usize), kernel: KernelWeights) -> Lowered {
         let Lowered::Head { name, input } = conv else { panic!("the image comes from the head") };
         let features =
             |step: &Step| if let Step::Features { output, .. } = step { Some(*output) } else { None };
@@ -161,14 +175,14 @@ impl<'a> Lowering<'a> {
         self.read(*input);
         self.read(guide);
         let (name, input) = (name.clone(), *input);
-        self.steps.push(Step::Head(HeadStep { name, input, guide, patch, kernel, base: None }));
+        self.steps.push(Step::Head(HeadStep { name, input, guide, patch, kernel, planes, base: None }));
         Lowered::Image
     }
 
-    /// Lets the head add the visibility that the search found.
-    fn correct(&mut self, search: &Lowered, correction: &Lowered) -> Lowered {
+    /// Lets the head correct what the search found.
+    fn correct(&mut self, search: &Lowered, correction: &Lowered, planes: usize) -> Lowered {
         if matches!(correction, Lowered::Head { .. }) {
-            self.head(correction, 1, KernelWeights::Off);
+            self.head(correction, (1, planes), KernelWeights::Off);
         }
         let Lowered::Search(found) = *search else { panic!("only a search can be corrected") };
         let Some(Step::Head(head)) = self.steps.last_mut() else {

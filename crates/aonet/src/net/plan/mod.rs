@@ -65,7 +65,10 @@ impl Plan {
         let bytes = |id: BufferId| self.buffers[id].len() * size_of::<f32>();
         let image = self.size.pixels() * size_of::<f32>();
         let of_step = |step: &Step| match step {
-            Step::Search { output, .. } => bytes(*output),
+            Step::Surfels { outputs } => outputs.iter().map(|id| bytes(*id)).sum(),
+            Step::Search { surfels, output, .. } => {
+                bytes(*output) + surfels.iter().flatten().map(|id| bytes(*id)).sum::<usize>()
+            }
             Step::Filter { input, output, .. } => bytes(*input) + bytes(*output),
             Step::Features { search, output, .. } => bytes(*output) + search.map_or(0, bytes),
             Step::Conv(ConvStep { sources, output, .. }) => {

@@ -56,17 +56,26 @@ pub struct HeadStep {
     pub patch: usize,
     /// Whether the convolution predicts kernels.
     pub kernel: KernelWeights,
-    /// An image: the visibility that is added to, where the network corrects a search.
+    /// Values for each pixel: 1, or those of a correction with weights of shares.
+    pub planes: usize,
+    /// An image: what the search found, where the network corrects it.
     pub base: Option<BufferId>,
 }
 
 /// One pass over an image.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Step {
+    /// Normals of both layers, packed into one word a pixel, for searches that follow planes.
+    Surfels {
+        /// An image for each layer; that of an absent layer holds anything.
+        outputs: [BufferId; 2],
+    },
     /// A classic method on the frame, without its filter. See [`Op::Search`].
     Search {
         /// The method and its parameters.
         search: SearchConfig,
+        /// Packed normals, if the search reads them.
+        surfels: Option<[BufferId; 2]>,
         /// An image.
         output: BufferId,
     },

@@ -134,8 +134,8 @@ fn seen_by(p: Pixel, s: Slice, side: Side, tap: Tap, layer: u32) -> Seen {
     return Seen(true, tap.pixels, depth, turned, sector_of(s, side, offset_to(side, tap.pixels, depth)));
 }
 
-/// Light that one side of a slice loses, as a share of it: what is hit is not hidden, and what is hidden is not off.
-fn lost_on(p: Pixel, s: Slice, side: Side, jitter: f32) -> f32 {
+/// Sectors of one side of a slice by share: what is hit is not hidden, and what is hidden is not off.
+fn counts_on(p: Pixel, s: Slice, side: Side, jitter: f32) -> array<f32, SHARES> {
     // What the steps before saw: the last one first, layer by layer. Arcs begin at the tangent plane.
     var before: array<Seen, EARLIER * LAYERS>;
     before[0] = Seen(true, 0.0, side.depth, vec2(s.sin_n, s.cos_n), SECTORS);
@@ -201,7 +201,8 @@ fn lost_on(p: Pixel, s: Slice, side: Side, jitter: f32) -> f32 {
     }
     var seen = blocked.hit;
     var counted = f32(countOneBits(seen));
-    var lost = counted * LOST[0];
+    var counts: array<f32, SHARES>;
+    counts[0] = counted;
     for (var i = 1u; i < SHARES; i++) {
         if (i < SHARES - 1) {
             seen |= blocked.hidden[i - 1];
@@ -209,14 +210,15 @@ fn lost_on(p: Pixel, s: Slice, side: Side, jitter: f32) -> f32 {
             seen |= blocked.off;
         }
         let count = f32(countOneBits(seen));
-        lost += (count - counted) * LOST[i];
+        counts[i] = count - counted;
         counted = count;
     }
-    return lost / SECTORS;
+    return counts;
 }
 
-fn visibility_at(p: Pixel, noise: vec2<f32>) -> f32 {
-    var lost = 0.0;
+/// The visibility, then the shares of light if they are told.
+fn planes_at(p: Pixel, noise: vec2<f32>) -> array<f32, PLANES> {
+    var shares: array<f32, SHARES>;
     var open = 0.0;
     for (var i = 0u; i < SLICES; i++) {
         let s = slice_at(p, (noise.x + f32(i)) / f32(SLICES));
@@ -226,9 +228,22 @@ fn visibility_at(p: Pixel, noise: vec2<f32>) -> f32 {
         for (var sign = 1.0; sign >= -1.0; sign -= 2.0) {
             let side = side_of(p, s, sign, dither);
             let light = side.light * s.normal_length;
-            lost += lost_on(p, s, side, jitter) * light;
+            let counts = counts_on(p, s, side, jitter);
+            for (var c = 0u; c < SHARES; c++) {
+                shares[c] += counts[c] * light;
+            }
             open += light;
         }
     }
-    return 1.0 - lost / max(open, 1e-6);
+    var planes: array<f32, PLANES>;
+    var visible = 1.0;
+    for (var c = 0u; c < SHARES; c++) {
+        let share = shares[c] / (SECTORS * max(open, 1e-6));
+        visible -= share * LOST[c];
+        if (c + 1u < PLANES) {
+            planes[c + 1u] = share;
+        }
+    }
+    planes[0] = power(saturate(visible), POWER);
+    return planes;
 }

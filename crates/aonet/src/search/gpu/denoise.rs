@@ -10,20 +10,21 @@ use crate::search::denoise::{REACH, SPATIAL};
 /// Columns and rows of a workgroup.
 const TILE: [usize; 2] = [16, 8];
 
-/// Adds the dispatch that filters the first buffer into the second, both HxW.
+/// Adds the dispatch that filters the first buffer into the second, both plane by plane.
 pub(crate) fn push(shader: Shader, [found, filtered]: [BufferId; 2], size: Size, list: &mut Dispatches) {
     let workgroups = [size.width().div_ceil(TILE[0]), size.height().div_ceil(TILE[1]), 1];
     let dispatch = Dispatch { label: "denoise", shader, sees_frame: true, workgroups };
     list.push(&dispatch, &[Binding::Write(filtered), Binding::Read(found)]);
 }
 
-/// Its shader.
-pub(crate) fn shader(surface: Surface, by: Denoise) -> Shader {
+/// Its shader for so many planes, of which the first is a visibility.
+pub(crate) fn shader(surface: Surface, by: Denoise, planes: usize) -> Shader {
     let [s0, s1, s2] = SPATIAL;
     surface
         .shader()
         .tile(TILE)
         .number("REACH", REACH)
+        .number("PLANES", planes)
         .part(&format!("const SPATIAL: vec3<f32> = vec3({s0:?}f, {s1:?}f, {s2:?}f);"))
         .float("PLANE", by.plane)
         .float("NORMAL", by.normal)

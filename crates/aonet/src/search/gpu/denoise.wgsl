@@ -9,7 +9,12 @@ const WINDOW: vec2<u32> = TILE + 2u * REACH;
 
 /// Normals and depth of the tile and what is beside it; the background's depth outside the frame.
 var<workgroup> surfaces: array<vec4<f32>, WINDOW.x * WINDOW.y>;
-var<workgroup> visibilities: array<f32, WINDOW.x * WINDOW.y>;
+var<workgroup> numbers: array<array<f32, PLANES>, WINDOW.x * WINDOW.y>;
+
+/// Where a plane holds a pixel.
+fn index_of(pixel: vec2<u32>, plane: u32) -> u32 {
+    return (plane * frame.size.y + pixel.y) * frame.size.x + pixel.x;
+}
 
 fn load(group: vec2<u32>, index: u32) {
     for (var i = index; i < WINDOW.x * WINDOW.y; i += TILE.x * TILE.y) {
@@ -17,7 +22,9 @@ fn load(group: vec2<u32>, index: u32) {
         let pixel = clamp(place, vec2(REACH), frame.size + REACH - 1u);
         let s = surface_at(pixel - REACH);
         surfaces[i] = vec4(s.normal, select(BACKGROUND, s.depth, all(pixel == place)));
-        visibilities[i] = found[(pixel.y - REACH) * frame.size.x + pixel.x - REACH];
+        for (var c = 0u; c < PLANES; c++) {
+            numbers[i][c] = found[index_of(pixel - REACH, c)];
+        }
     }
 }
 
@@ -37,7 +44,9 @@ fn main(
     let normal = surfaces[centre].xyz;
     let depth = surfaces[centre].w;
     if (depth >= BACKGROUND) {
-        filtered[pixel.y * frame.size.x + pixel.x] = 1.0;
+        for (var c = 0u; c < PLANES; c++) {
+            filtered[index_of(pixel, c)] = select(0.0, 1.0, c == 0u);
+        }
         return;
     }
     // From pixel to pixel on the screen, positions move by their size and by their difference in depth along the ray: so
@@ -47,7 +56,7 @@ fn main(
     let aside = across * (frame.pixel_size.x * depth + frame.pixel_size.y);
     let ray_aside = across * frame.pixel_size.x;
     let ray = dot(ray_aside, vec2<f32>(pixel) + 0.5 - frame.centre) - normal.z;
-    var sum = 0.0;
+    var sums: array<f32, PLANES>;
     var weights = 0.0;
     for (var dy = 0u; dy <= 2u * REACH; dy++) {
         for (var dx = 0u; dx <= 2u * REACH; dx++) {
@@ -59,9 +68,13 @@ fn main(
             let spatial = SPATIAL[u32(abs(step.x))] * SPATIAL[u32(abs(step.y))];
             let counts = select(max(1.0 - away * tolerance, 0.0), 0.0, neighbour.w >= BACKGROUND);
             let weight = spatial * counts * facing;
-            sum += visibilities[at] * weight;
+            for (var c = 0u; c < PLANES; c++) {
+                sums[c] += numbers[at][c] * weight;
+            }
             weights += weight;
         }
     }
-    filtered[pixel.y * frame.size.x + pixel.x] = select(sum / weights, visibilities[centre], weights <= 1e-6);
+    for (var c = 0u; c < PLANES; c++) {
+        filtered[index_of(pixel, c)] = select(sums[c] / weights, numbers[centre][c], weights <= 1e-6);
+    }
 }

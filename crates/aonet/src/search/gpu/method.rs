@@ -62,7 +62,7 @@ impl Describe for Method {
         let filter = self.method.denoise();
         for i in 0..filter.passes as usize {
             let way = [buffers[i % 2], buffers[(i + 1) % 2]];
-            denoise::push(denoise::shader(surface, filter), way, size, &mut list);
+            denoise::push(denoise::shader(surface, filter, 1), way, size, &mut list);
         }
         let raw = Raw::Pixels(buffers[filter.passes as usize % 2]);
         let image = Image { raw, patch: 1, cells: size, base: None }.draw(surface, &mut list);
@@ -83,7 +83,7 @@ fn shader(surface: Surface, method: &Classic) -> Result<Shader> {
         Classic::Gtao(params) => gtao::shader(surface, params),
         Classic::Vbao(params) => vbao::shader(surface, params),
         Classic::Agtao(params) => agtao::shader(surface, params),
-        Classic::Arcs(params) => arcs::shader(surface, params),
+        Classic::Arcs(params) => arcs::shader(surface, params, 1),
         Classic::Nnao(_) => {
             let expected = "ssao, hbao, ssdo, gtao, vbao, agtao or arcs";
             return Err(Error::value("method on a graphics device", expected, method.name()));
@@ -97,7 +97,7 @@ mod tests {
     use crate::gpu::options::Layers;
     use crate::net::gpu::valid::{PRECISIONS, encodings, validate};
     use crate::search::gpu::pyramid;
-    use crate::search::{AgtaoParams, GtaoParams, SsaoParams, VbaoParams};
+    use crate::search::{AgtaoParams, ArcsParams, GtaoParams, PLANES, SsaoParams, VbaoParams};
 
     /// Every branch that a parameter chooses.
     fn methods() -> impl Iterator<Item = Classic> {
@@ -121,7 +121,11 @@ mod tests {
                     validate(surfels::shader(of).source(), "surfels");
                 }
                 validate(pyramid::shader(of, &GtaoParams::default()).source(), "pyramid");
-                validate(denoise::shader(of, AgtaoParams::default().denoise()).source(), "denoise");
+                for planes in [1, PLANES] {
+                    let filter = AgtaoParams::default().denoise();
+                    validate(denoise::shader(of, filter, planes).source(), "denoise");
+                    validate(arcs::shader(of, &ArcsParams::default(), planes).source(), "arcs");
+                }
             }
         }
     }

@@ -1,7 +1,7 @@
 //! The classic methods on graphics processors, all but NNAO.
 
 pub(crate) mod agtao;
-mod arcs;
+pub(crate) mod arcs;
 pub(crate) mod denoise;
 mod gtao;
 mod hbao;
@@ -14,7 +14,7 @@ mod session;
 mod slices;
 mod ssao;
 mod ssdo;
-mod surfels;
+pub(crate) mod surfels;
 mod vbao;
 
 pub use method::Method;

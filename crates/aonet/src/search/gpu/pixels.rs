@@ -16,14 +16,20 @@ pub(crate) struct Reach {
     pub(crate) power: f32,
 }
 
-/// A shader without the method's own part.
+/// A shader without the method's own part, `visibility_at`.
 pub(crate) fn shader(surface: Surface, by: Reach) -> Shader {
+    of_planes(surface, by, 1).part(include_str!("visibility.wgsl"))
+}
+
+/// The same for a method that tells so many numbers of a pixel, with `planes_at`.
+pub(crate) fn of_planes(surface: Surface, by: Reach, planes: usize) -> Shader {
     surface
         .shader()
         .float("RADIUS_SCALE", by.radius_scale)
         .float("POWER", by.power)
         .tile(TILE)
         .number("NOISE_TILE", noise::TILE)
+        .number("PLANES", planes)
         .part(include_str!("noise.wgsl"))
         .part(include_str!("pixels.wgsl"))
 }

@@ -1,6 +1,7 @@
-// A method that looks around every pixel: places on the screen, and the sum over all. A method adds `visibility_at`. CPU
-// twin: search/screen.rs.
+// A method that looks around every pixel: places on the screen, and the sum over all. A method adds `planes_at`. CPU twin:
+// search/screen.rs.
 
+/// Plane by plane.
 @group(1) @binding(0) var<storage, read_write> found: array<f32>;
 
 const PI: f32 = 3.1415927;
@@ -55,14 +56,17 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let surface = surface_at(id.xy);
-    var visibility = 1.0;
+    var planes: array<f32, PLANES>;
+    planes[0] = 1.0;
     if (surface.foreground) {
         let at = vec2<f32>(id.xy);
         let position = position_at(at, surface.depth);
         let to_viewer = select(vec3(0.0, 0.0, 1.0), normalize(-position), perspective());
         let pixel_size = frame.pixel_size.x * surface.depth + frame.pixel_size.y;
         let p = Pixel(at, position, surface.normal, to_viewer, frame.radius / pixel_size);
-        visibility = power(saturate(visibility_at(p, noise_at(id.xy))), POWER);
+        planes = planes_at(p, noise_at(id.xy));
     }
-    found[id.y * frame.size.x + id.x] = visibility;
+    for (var c = 0u; c < PLANES; c++) {
+        found[(c * frame.size.y + id.y) * frame.size.x + id.x] = planes[c];
+    }
 }

@@ -8,12 +8,12 @@ use crate::search::slice::MOST_GRAZING;
 
 /// A shader without the method's own part: so many slices and taps on each side of them.
 pub(crate) fn shader(surface: Surface, cost: (u32, u32), reach: Reach) -> Shader {
-    bare(surface, cost, reach).part(include_str!("slices.wgsl"))
+    with_slices(pixels::shader(surface, reach), cost).part(include_str!("slices.wgsl"))
 }
 
-/// The same for a method with a `visibility_at` of its own.
-pub(crate) fn bare(surface: Surface, (slices, steps): (u32, u32), reach: Reach) -> Shader {
-    pixels::shader(surface, reach)
+/// A shader of pixels that looks along slices: so many of them, and so many taps on each side.
+pub(crate) fn with_slices(pixels: Shader, (slices, steps): (u32, u32)) -> Shader {
+    pixels
         .number("SLICES", slices as usize)
         .number("STEPS", steps as usize)
         .float("MOST_GRAZING", MOST_GRAZING)

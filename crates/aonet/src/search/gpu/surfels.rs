@@ -2,7 +2,7 @@
 
 use crate::frame::size::Size;
 use crate::gpu::options::Layers;
-use crate::gpu::program::{Binding, Dispatches};
+use crate::gpu::program::{Binding, BufferId, Dispatches};
 use crate::gpu::shader::Shader;
 use crate::gpu::surface::Surface;
 use crate::search::gpu::pixels;
@@ -14,8 +14,13 @@ pub(crate) fn push(surface: Surface, size: Size, list: &mut Dispatches) -> Optio
         return None;
     }
     let surfels = list.storage("surfels", size.pixels() * size_of::<u32>());
-    pixels::push("surfels", shader(surface), &[Binding::Write(surfels)], size, list);
+    push_into(surfels, surface, size, list);
     Some(Binding::Read(surfels))
+}
+
+/// The same into a buffer of one word a pixel, for frames with a second layer.
+pub(crate) fn push_into(surfels: BufferId, surface: Surface, size: Size, list: &mut Dispatches) {
+    pixels::push("surfels", shader(surface), &[Binding::Write(surfels)], size, list);
 }
 
 /// The shader that packs them; it reads two layers.

@@ -260,6 +260,7 @@ struct HeadCase {
 
 fn check_head(case: HeadCase) {
     let HeadCase { channels, patch, kernel, output, size } = case;
+    let values = if output == Output::Shares { 3 } else { 1 };
     let (width, height) = (size.width(), size.height());
     let cells = (height.div_ceil(patch), width.div_ceil(patch));
     let features = planes((channels, cells.0, cells.1), 1);
@@ -267,15 +268,16 @@ fn check_head(case: HeadCase) {
     let (buffers, arena_len) = buffers(&[
         (Layout::Blocked, (channels, cells.0, cells.1)),
         (Layout::Planar, (3 * patch * patch, cells.0, cells.1)),
-        (Layout::Image, (1, height, width)),
+        (Layout::Image, (values, height, width)),
     ]);
     let padded = Size::px(cells.1 * patch, cells.0 * patch);
     let plan = Plan { size: Size::px(width, height), padded, buffers, steps: vec![], arena_len };
     let taps = kernel.outputs_per_pixel();
-    let weights = weights([patch * patch * taps, channels, 1, 1]);
+    let weights = weights([patch * patch * taps * values, channels, 1, 1]);
     let [w, b] = ["conv.weight", "conv.bias"].map(|name| &weights.get(name).values[..]);
     let kernels = naive::conv(&features, (w, b, 1), Activation::Linear);
-    let base: Vec<f32> = (0..width * height).map(|i| 0.5 * noise(i, 77)).collect();
+    // Row by row, plane by plane.
+    let base: Vec<f32> = (0..values * width * height).map(|i| 0.5 * noise(i, 77)).collect();
     let raw = match kernel {
         KernelWeights::Off => naive::patch_merge(&kernels, patch),
         KernelWeights::Linear | KernelWeights::Softmax => {
@@ -284,9 +286,10 @@ fn check_head(case: HeadCase) {
     };
     let raw = match output {
         Output::Visibility => raw,
-        Output::Correction => Planes::from_fn((1, raw.height, raw.width), |_, y, x| {
-            raw.at(0, y as isize, x as isize) + base.get(y * width + x).unwrap_or(&0.0)
-        }),
+        Output::Correction | Output::Shares => {
+            let found = |c: usize, y: usize, x: usize| base.get((y * values + c) * width + x).unwrap_or(&0.0);
+            naive::correct(&Planes::from_fn((values, raw.height, raw.width), |c, y, x| *found(c, y, x)), &raw)
+        }
     };
     let gbuffer = wall(width, height);
     let expected: Vec<_> = (0..width * height)
@@ -295,11 +298,12 @@ fn check_head(case: HeadCase) {
             false => 1.0,
         })
         .collect();
-    let corrected = (output == Output::Correction).then_some(2);
+    let corrected = (output != Output::Visibility).then_some(2);
     let ranges = Ranges::from([("features".to_owned(), vec![[-1.0, 1.0]; channels])]);
     let check = |arithmetic: Arithmetic, unwritten: f32, max_nmse: f64| {
         let recipe = Recipe { plan: &plan, weights: &weights, arithmetic, ranges: Some(&ranges) };
-        let step = HeadStep { name: "conv".to_owned(), input: 0, guide: 1, patch, kernel, base: corrected };
+        let name = "conv".to_owned();
+        let step = HeadStep { name, input: 0, guide: 1, patch, kernel, planes: values, base: corrected };
         let head = Head::new(&recipe, &step).unwrap();
         let mut arena = Aligned::zeros(arena_len).unwrap();
         arena.fill(unwritten);
@@ -328,7 +332,10 @@ fn heads() {
     use KernelWeights::{Linear, Off, Softmax};
     for patch in [1, 2, 4, 8] {
         for kernel in [Off, Linear, Softmax] {
-            for output in [Output::Visibility, Output::Correction] {
+            for output in [Output::Visibility, Output::Correction, Output::Shares] {
+                if output == Output::Shares && kernel != Off {
+                    continue;
+                }
                 check_head(HeadCase { channels: 5, patch, kernel, output, size: Size::px(70, 11) });
             }
         }

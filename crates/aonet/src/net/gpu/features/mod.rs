@@ -23,7 +23,7 @@ pub(crate) struct Target {
     pub(crate) patch: usize,
     /// Bits of the range of depths; see `depth_range.wgsl`.
     pub(crate) depth_range: Option<BufferId>,
-    /// The visibility that the search found, where a channel shows it.
+    /// What the search found, plane by plane, where channels show it.
     pub(crate) search: Option<BufferId>,
 }
 
@@ -58,10 +58,10 @@ pub(crate) fn shader(surface: Surface, features: &Features, patch: usize) -> Sha
         .float("LOG2_PX_SCALE", LOG2_PX_SCALE)
         .part(include_str!("features.wgsl"));
     let extras = [
-        (Channel::DepthNormalized, "range: array<u32, 2>"),
-        (Channel::HorizonOcclusion, "search: array<f32>"),
+        (features.sees(Channel::DepthNormalized), "range: array<u32, 2>"),
+        (features.show_a_search(), "search: array<f32>"),
     ];
-    let needed = extras.iter().filter(|(channel, _)| features.channels().contains(channel));
+    let needed = extras.iter().filter(|(needed, _)| *needed);
     for (i, (_, declaration)) in needed.enumerate() {
         shader = shader.part(&format!("@group(1) @binding({}) var<storage, read> {declaration};", i + 2));
     }
@@ -96,5 +96,10 @@ fn expression(channel: Channel) -> String {
         }
         Channel::ProjectedRadius => "projected_radius(s)".into(),
         Channel::HorizonOcclusion => "1.0 - search[pixel.y * frame.size.x + pixel.x]".into(),
+        Channel::Light(share) => {
+            let plane = share.search_plane();
+            format!("search[({plane}u * frame.size.y + pixel.y) * frame.size.x + pixel.x]")
+        }
+        Channel::SecondLayer => "f32(LAYERS - 1u)".into(),
     }
 }

@@ -14,9 +14,9 @@ struct Head {
 @group(0) @binding(3) var<storage, read_write> raw: array<f32>;
 @group(0) @binding(4) var<storage, read> input: array<real4>;
 
-/// Writes a pixel of the patch of a cell. Images of one pixel of all patches follow one another.
-fn write(pixel: u32, column: u32, row: u32, value: f32) {
+/// Writes a value of a cell. Images of one value of all cells follow one another.
+fn write(which: u32, column: u32, row: u32, value: f32) {
     if (column < head.size.x && row < head.size.y) {
-        raw[(pixel * head.size.y + row) * head.size.x + column] = value;
+        raw[(which * head.size.y + row) * head.size.x + column] = value;
     }
 }

@@ -16,11 +16,13 @@ pub(crate) struct HeadKind {
     /// Side of a patch (px).
     pub(crate) patch: usize,
     pub(crate) kernel: KernelWeights,
+    /// Values for each pixel; 1 with kernels.
+    pub(crate) planes: usize,
 }
 
 /// The shader of a head, for a number of cells of an invocation.
 pub(crate) fn shader(arithmetic: Arithmetic, kind: HeadKind, cells: usize) -> Shader {
-    let HeadKind { patch, kernel } = kind;
+    let HeadKind { patch, kernel, planes } = kind;
     let begin = |groups: usize| {
         Shader::new(arithmetic.precision)
             .with_kernels(arithmetic.kernels)
@@ -32,7 +34,8 @@ pub(crate) fn shader(arithmetic: Arithmetic, kind: HeadKind, cells: usize) -> Sh
     let outputs = include_str!("outputs.wgsl");
     match kernel {
         KernelWeights::Off => {
-            let begin = begin(blocks(patch * patch)).number("PATCH", patch);
+            let values = patch * patch * planes;
+            let begin = begin(blocks(values)).number("VALUES", values);
             begin.part(include_str!("head.wgsl")).part(outputs).part(include_str!("patch_merge.wgsl"))
         }
         KernelWeights::Linear | KernelWeights::Softmax => {
@@ -42,7 +45,7 @@ pub(crate) fn shader(arithmetic: Arithmetic, kind: HeadKind, cells: usize) -> Sh
 }
 
 /// The beginning of a shader that applies kernels.
-pub(crate) fn with_kernels(begin: Shader, HeadKind { patch, kernel }: HeadKind) -> Shader {
+pub(crate) fn with_kernels(begin: Shader, HeadKind { patch, kernel, .. }: HeadKind) -> Shader {
     begin
         .number("PATCH", patch)
         .flag("SOFTMAX", kernel == KernelWeights::Softmax)

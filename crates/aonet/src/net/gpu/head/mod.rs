@@ -37,8 +37,8 @@ pub(crate) struct Head {
 impl Head {
     /// Packs the weights of a step of a plan.
     pub(crate) fn new(arithmetic: Arithmetic, plan: &Plan, weights: &Weights, step: &HeadStep) -> Self {
-        let HeadStep { ref name, input, guide, patch, kernel, .. } = *step;
-        let order = order(patch, kernel);
+        let HeadStep { ref name, input, guide, patch, kernel, planes, .. } = *step;
+        let order = order(patch * patch * planes, kernel);
         let weight = &weights.get(&format!("{name}.weight")).values;
         let bias = &weights.get(&format!("{name}.bias")).values;
         let channels = plan.buffers[input].channels;
@@ -56,15 +56,15 @@ impl Head {
         };
         let bias: Vec<_> = order.iter().map(|output| output.map_or(0.0, |o| bias[o])).collect();
         let (name, weights, bias) = (name.clone(), arithmetic.reals(&packed), floats(&bias));
-        Self { name, input, guide, kind: HeadKind { patch, kernel }, matrices, weights, bias }
+        Self { name, input, guide, kind: HeadKind { patch, kernel, planes }, matrices, weights, bias }
     }
 
     /// Values that it writes for a plan.
-    pub(crate) fn raw_len(plan: &Plan) -> usize {
-        plan.padded.pixels()
+    pub(crate) fn raw_len(&self, plan: &Plan) -> usize {
+        plan.padded.pixels() * self.kind.planes
     }
 
-    /// Adds the dispatch for a plan; `raw` gets the visibility before it is clamped, pixel of the patch by pixel.
+    /// Adds the dispatch for a plan; `raw` gets the values of each pixel, plane by plane and pixel of the patch by pixel.
     pub(crate) fn push(&self, context: &Context<'_>, raw: program::BufferId, list: &mut Dispatches) {
         let Context { arithmetic, plan, memory, .. } = *context;
         let input = &plan.buffers[self.input];
@@ -124,18 +124,18 @@ fn packed(
     packed
 }
 
-/// The outputs of the convolution in the order in which they are computed; none for places that are left over.
-fn order(patch: usize, kernel: KernelWeights) -> Vec<Option<usize>> {
-    let pixels = patch * patch;
+/// The outputs of the convolution for so many values of a cell, in the order in which they are computed; none for places that are
+/// left over.
+fn order(values: usize, kernel: KernelWeights) -> Vec<Option<usize>> {
     match kernel {
         KernelWeights::Off => {
-            (0..pixels.next_multiple_of(BLOCK)).map(|o| (o < pixels).then_some(o)).collect()
+            (0..values.next_multiple_of(BLOCK)).map(|o| (o < values).then_some(o)).collect()
         }
         KernelWeights::Linear | KernelWeights::Softmax => {
             let of_component = |c: usize| (c..TAPS).step_by(GUIDE_CHANNELS);
             let of_pixel =
                 |p: usize| (0..GUIDE_CHANNELS).flat_map(of_component).map(move |k| Some(p * TAPS + k));
-            (0..pixels).flat_map(of_pixel).collect()
+            (0..values).flat_map(of_pixel).collect()
         }
     }
 }
