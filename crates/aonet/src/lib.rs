@@ -18,6 +18,7 @@ mod threads;
 pub use error::{Error, Result};
 pub use frame::ao_image::{AoImage, AoParams};
 pub use frame::camera::{Camera, Projection};
+pub use frame::coarse::CoarseDepth;
 pub use frame::gbuffer::{GBuffer, SecondLayer};
 pub use frame::size::Size;
 pub use frame::window::{Margin, Window};

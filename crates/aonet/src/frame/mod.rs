@@ -4,6 +4,7 @@
 pub(crate) mod ao_image;
 pub(crate) mod camera;
 mod check;
+pub(crate) mod coarse;
 pub(crate) mod gbuffer;
 mod layer;
 pub(crate) mod size;

@@ -7,6 +7,7 @@ use anyhow::{Context, Result, bail};
 use aonet::net::Model;
 use aonet::net::cpu::{Options, Precision};
 use aonet_lab::dataset::{Manifest, Split};
+use aonet_lab::eval::seen::Seen;
 use aonet_lab::eval::{Contestant, Method, evaluate, mean_visibility, radius_fits};
 use aonet_scene::atomic_file;
 use clap::{Parser, ValueEnum};
@@ -33,6 +34,15 @@ pub(crate) struct Args {
     /// Split to score.
     #[arg(long, value_enum, default_value = "test")]
     split: SplitName,
+    /// Do not show guard bands to the methods.
+    #[arg(long)]
+    no_margin: bool,
+    /// Do not show second layers to the methods.
+    #[arg(long)]
+    no_second: bool,
+    /// Show guard bands and second layers from every N-th pixel of every N-th row only, as a cheaper pass would render them.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    surround_scale: usize,
     /// The constant image's value; otherwise the mean visibility that the first network's file records, else the mean over the
     /// dataset's training frames.
     #[arg(long)]
@@ -117,12 +127,18 @@ pub(crate) fn run(args: &Args) -> Result<()> {
         name: name.clone(),
         method: Method::Classic { method, threads },
     }));
+    let seen = Seen {
+        margin: !args.no_margin,
+        second: !args.no_second,
+        scale: args.surround_scale,
+        ..Seen::from(Split::from(args.split))
+    };
     let bar = ProgressBar::new(0);
     let progress = |done: usize, total: usize| {
         bar.set_length(total as u64);
         bar.set_position(done as u64);
     };
-    let table = evaluate(&manifest, args.split.into(), &contestants, &progress)?;
+    let table = evaluate(&manifest, seen, &contestants, &progress)?;
     bar.finish_and_clear();
     let conditions = report::conditions(args, &manifest, threads);
     let text = match args.json {

@@ -1,6 +1,7 @@
 //! Scores methods against the reference on the frames of a dataset.
 
 pub mod phenomena;
+pub mod seen;
 
 use crate::dataset::{FrameEntry, Manifest, Split};
 use crate::frame::{Frame, FrameHints};
@@ -13,6 +14,7 @@ use aonet::{AoImage, AoParams, GBuffer, Window};
 use aonet_scene::error::{Error, Result};
 use phenomena::{Breakdown, RadiusClass};
 use rayon::prelude::*;
+use seen::Seen;
 use serde::Serialize;
 use std::collections::BTreeMap;
 use std::time::Instant;
@@ -98,25 +100,28 @@ struct Measured {
     ms: Option<f64>,
 }
 
-/// Scores `contestants` on every frame of `split`. `progress` is called once a frame.
+/// Scores `contestants` on every frame of a split, or on the part of it that is shown. `progress` is called once a frame.
 ///
 /// # Errors
 /// When a frame is broken or has no reference, or the split is empty.
 pub fn evaluate(
     manifest: &Manifest,
-    split: Split,
+    seen: impl Into<Seen>,
     contestants: &[Contestant<'_>],
     progress: &dyn Fn(usize, usize),
 ) -> Result<Table> {
-    let entries: Vec<&FrameEntry> = manifest.frames(split).collect();
+    let seen = seen.into();
+    let entries: Vec<&FrameEntry> = manifest.frames(seen.split).collect();
     if entries.is_empty() {
-        return Err(Error::file(manifest.dir(), format!("frames of the split `{}`", split.name()), "none"));
+        let expected = format!("frames of the split `{}`", seen.split.name());
+        return Err(Error::file(manifest.dir(), expected, "none"));
     }
     let mut runners: Vec<Runner> = contestants.iter().map(|c| Runner::new(c.method)).collect();
     let mut breakdown = vec![Breakdown::default(); contestants.len()];
     let mut measured: Vec<Vec<Measured>> = contestants.iter().map(|_| Vec::new()).collect();
     for (done, entry) in entries.iter().enumerate() {
         let (gbuffer, params, reference) = read(manifest, entry)?;
+        let gbuffer = seen.part(gbuffer)?;
         let (foreground, picture) = (gbuffer.foreground(), gbuffer.without_margin());
         let masks = phenomena::masks(&picture, params, &reference);
         let radius = RadiusClass::of(&picture, params);
