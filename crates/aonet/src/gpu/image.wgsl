@@ -13,15 +13,15 @@ fn main(@builtin(position) place: vec4<f32>) -> @location(0) vec4<f32> {
     }
     let cell = pixel / PATCH;
     let of_patch = pixel.y % PATCH * PATCH + pixel.x % PATCH;
-    let place = cell.y * cells.x + cell.x;
-    var value = f32(raw[of_patch * cells.y * cells.x + place]FIRST_CHANNEL);
+    let of_cell = cell.y * cells.x + cell.x;
+    var value = f32(raw[of_patch * cells.y * cells.x + of_cell]FIRST_CHANNEL);
     // CORRECTION planes: what is added to the visibility, and weights of the shares.
     let found = pixel.y * frame.size.x + pixel.x;
     if (CORRECTION > 0u) {
         value += base[found];
     }
     for (var plane = 1u; plane < CORRECTION; plane++) {
-        let weight = raw[(plane * PATCH * PATCH + of_patch) * cells.y * cells.x + place];
+        let weight = raw[(plane * PATCH * PATCH + of_patch) * cells.y * cells.x + of_cell];
         value += f32(weightFIRST_CHANNEL) * base[plane * frame.size.x * frame.size.y + found];
     }
     // NaN, from weights so large that sums overflow, becomes 0.

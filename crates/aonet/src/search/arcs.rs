@@ -152,7 +152,7 @@ impl<'a> Arcs<'a> {
         let none = 0u32.integer_lanes(simd);
         let mut blocked = Blocked { hit: none, hidden: [none; GAPS.len()], off: none };
         let nothing = Seen { valid: F::new(simd, 1.0).le(0.0), ..side.origin() };
-        // The tap before, and the one before that.
+        // What the tap before saw, and the one before that.
         let mut before = [[nothing; LAYERS]; 2];
         before[0][0] = side.origin();
         for (k, share) in self.spacing.steps().iter().enumerate() {
@@ -187,9 +187,9 @@ impl<'a> Arcs<'a> {
         }
     }
 
-    /// What a tap sees in a layer, and where from the pixel: the surface's place in the slice.
+    /// What a tap sees in a layer: the surface's place in the slice.
     #[inline(always)]
-    fn seen<S: Simd>(&self, side: &Side<'_, S>, tap: &Tap<S>, layer: usize) -> (Seen<S>, V2<S>) {
+    fn seen<S: Simd>(&self, side: &Side<'_, S>, tap: &Tap<S>, layer: usize) -> Seen<S> {
         let (depths, normals) = self.layers[layer];
         let depth = tap.index.gather(depths);
         let valid = tap.inside & depth.lt(BACKGROUND);
@@ -201,10 +201,12 @@ impl<'a> Arcs<'a> {
         let beside = tap.right.mul_add(normal.x, tap.up * normal.y);
         let depth = depth - self.screen.pixel_size(depth) * beside / facing;
         let offset = side.offset(tap.pixels, depth);
-        (Seen { valid, pixels: tap.pixels, depth, normal: turned, sector: side.sector(offset) }, offset)
+        let near = valid & offset.dot(offset).le(self.screen.radius * self.screen.radius);
+        Seen { valid, pixels: tap.pixels, depth, normal: turned, offset, near, sector: side.sector(offset) }
     }
 
-    /// What a tap sees in a layer; blocks the arcs that end there, and hides what is behind the last layer.
+    /// What a tap sees in a layer; blocks the arcs that end there, and hides what is behind the last layer. In frames of one layer, an
+    /// arc that leaves the AO radius ends there.
     #[inline(always)]
     fn look<S: Simd, const LAYERS: usize>(
         &self,
@@ -214,38 +216,49 @@ impl<'a> Arcs<'a> {
         before: &[[Seen<S>; LAYERS]; 2],
         blocked: &mut Blocked<S>,
     ) -> Seen<S> {
-        let (now, offset) = self.seen(side, tap, layer);
-        let radius = self.screen.radius;
-        let squared = offset.dot(offset);
-        let felt = now.valid & squared.le(radius * radius);
-        let (mut low, mut high) = (now.sector, now.sector);
-        for step in &before[..earlier_steps(LAYERS)] {
-            for earlier in step {
-                // Mostly both lie below the tangent plane: there is no sector between them.
-                let between = earlier.sector.lt(now.sector) | now.sector.lt(earlier.sector);
-                let between = between & felt & earlier.valid;
-                if !between.any() {
-                    continue;
-                }
-                let joined = side.predicts(earlier, &now, tap.ray)
-                    | side.predicts(&now, earlier, side.ray(earlier.pixels));
-                let joined = joined & between;
-                low = joined.select(low.min(earlier.sector), low);
-                high = joined.select(high.max(earlier.sector), high);
+        let now = self.seen(side, tap, layer);
+        for earlier in before[..earlier_steps(LAYERS)].as_flattened() {
+            // Behind the first layer, more of the arcs that leave the AO radius are wrong than right.
+            let near = if LAYERS == 1 { now.near | earlier.near } else { now.near };
+            // Mostly both lie below the tangent plane: there is no sector between them.
+            let between = earlier.sector.lt(now.sector) | now.sector.lt(earlier.sector);
+            let between = between & now.valid & earlier.valid & near;
+            if !between.any() {
+                continue;
             }
+            let joined = side.predicts(earlier, &now, tap.ray)
+                | side.predicts(&now, earlier, side.ray(earlier.pixels));
+            let joined = joined & between;
+            let [mut from, mut to] = [earlier.sector, now.sector];
+            let leaving = joined & !(now.near & earlier.near);
+            if LAYERS == 1 && leaving.any() {
+                let border = self.border(side, [earlier, &now]);
+                from = earlier.near.select(from, border);
+                to = now.near.select(to, border);
+            }
+            blocked.hit = blocked.hit | within(from.min(to), from.max(to), joined);
         }
-        blocked.hit = blocked.hit | within(low, high, felt);
-        let hides = felt & now.sector.lt(SECTORS - 0.5);
+        let hides = now.near & now.sector.lt(SECTORS - 0.5);
         if layer + 1 == LAYERS && hides.any() {
-            let (a, b) = (tap.ray.dot(tap.ray), tap.ray.dot(offset));
-            let leaves = self.crossing(a, b, squared)[1];
-            let along_ray = a.rough_inverse_sqrt() * radius;
+            let (a, b) = (tap.ray.dot(tap.ray), tap.ray.dot(now.offset));
+            let leaves = self.crossing(a, b, now.offset.dot(now.offset))[1];
+            let along_ray = a.rough_inverse_sqrt() * self.screen.radius;
             for (hidden, gap) in blocked.hidden.iter_mut().zip(&GAPS) {
-                let end = side.sector(tap.ray.mul_add(leaves.min(along_ray * *gap), offset));
+                let end = side.sector(tap.ray.mul_add(leaves.min(along_ray * *gap), now.offset));
                 *hidden = *hidden | within(now.sector.min(end), now.sector.max(end), hides);
             }
         }
         now
+    }
+
+    /// Sectors between the viewer and where the way from one place to another leaves the AO radius, or enters it.
+    #[inline(always)]
+    fn border<S: Simd>(&self, side: &Side<'_, S>, [earlier, now]: [&Seen<S>; 2]) -> F<S> {
+        let inside = V2::choose(now.near, [now.offset, earlier.offset]);
+        let outside = V2::choose(now.near, [earlier.offset, now.offset]);
+        let way = outside.minus(inside);
+        let leaves = self.crossing(way.dot(way), way.dot(inside), inside.dot(inside))[1];
+        side.sector(way.mul_add(leaves, inside))
     }
 
     /// Shares of a pixel's light.

@@ -184,16 +184,15 @@ impl Filter<'_> {
                 let facing = facing.of(normal.dot(p.normal).max(0.0));
                 let spatial = SPATIAL[dx.abs_diff(REACH)] * SPATIAL[dy.abs_diff(REACH)];
                 let weight = away.mul_add(-tolerance * spatial, spatial).max(0.0) * facing;
-                for c in 0..N {
-                    sums[c] = load(simd, &seen.planes[dy][c], x + dx).mul_add(weight, sums[c]);
+                for (sum, plane) in sums.iter_mut().zip(&seen.planes[dy]) {
+                    *sum = load(simd, plane, x + dx).mul_add(weight, *sum);
                 }
                 weights += weight;
             }
         }
         let (alone, inverse) = (weights.le(1e-6), 1.0 / weights);
-        for c in 0..N {
-            let centre = load(simd, &seen.planes[REACH][c], x + REACH);
-            sums[c] = alone.select(centre, sums[c] * inverse);
+        for (sum, plane) in sums.iter_mut().zip(&seen.planes[REACH]) {
+            *sum = alone.select(load(simd, plane, x + REACH), *sum * inverse);
         }
         sums
     }

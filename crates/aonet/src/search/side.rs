@@ -23,6 +23,17 @@ impl<S: Simd> V2<S> {
         self.along.mul_add(other.along, self.towards * other.towards)
     }
 
+    #[inline(always)]
+    pub(crate) fn minus(self, other: Self) -> Self {
+        Self { along: self.along - other.along, towards: self.towards - other.towards }
+    }
+
+    /// One of two, lane by lane.
+    #[inline(always)]
+    pub(crate) fn choose(first: Mask<S>, [a, b]: [Self; 2]) -> Self {
+        Self { along: first.select(a.along, b.along), towards: first.select(a.towards, b.towards) }
+    }
+
     /// This times `by` plus `plus`.
     #[inline(always)]
     pub(crate) fn mul_add(self, by: F<S>, plus: Self) -> Self {
@@ -59,6 +70,9 @@ pub(crate) struct Seen<S: Simd> {
     pub(crate) depth: F<S>,
     /// Its normal in the plane of the slice, of any length.
     pub(crate) normal: V2<S>,
+    /// From the pixel to it, and whether that is within the AO radius.
+    pub(crate) offset: V2<S>,
+    pub(crate) near: Mask<S>,
     /// Sectors between the viewer and it: a whole number.
     pub(crate) sector: F<S>,
 }
@@ -112,6 +126,8 @@ impl<S: Simd> Side<'_, S> {
             pixels: zero,
             depth: -self.p.position.z,
             normal: V2 { along: slice.sin_n, towards: slice.cos_n },
+            offset: V2 { along: zero, towards: zero },
+            near: zero.le(0.0),
             sector: F::new(simd, SECTORS),
         }
     }

@@ -40,7 +40,7 @@ fn time(name: &str, config: &ModelConfig) {
     let workers = single_threaded_pools(1);
     let stepper =
         Stepper { graph: &graph, loss: &loss, device: &device, workers: &workers, side: SIDE, leak: LEAK };
-    let channels = samples::sampled(config).channels().len();
+    let channels = samples::sampled(config.features.clone(), config.search).channels().len();
     let crops: Vec<_> = (0..BATCH).map(|i| crop(channels, i)).collect();
     let seconds = || {
         let start = cpu_seconds();

@@ -178,7 +178,11 @@ fn what_a_compiler_makes_of_the_shaders() {
             let heads = [4, 2].map(|cells| {
                 (
                     format!("head, {cells} cells, {precision}"),
-                    head::kind::shader(by, HeadKind { patch: 4, kernel: KernelWeights::Linear }, cells),
+                    head::kind::shader(
+                        by,
+                        HeadKind { patch: 4, kernel: KernelWeights::Linear, planes: 1 },
+                        cells,
+                    ),
                 )
             });
             let conv = (format!("convolution, 24 outputs, {precision}"), conv(24).shader(by, 2));

@@ -300,10 +300,10 @@ struct HeadCase {
 }
 
 fn check_head(on: &[On], case: HeadCase) {
-    let HeadCase { channels, patch, kernel, planes, cells } = case;
+    let HeadCase { channels, patch, kernel, planes: values, cells } = case;
     let (width, height) = (cells.width(), cells.height());
     let what = format!("{case:?}");
-    let outputs = patch * patch * planes * kernel.outputs_per_pixel();
+    let outputs = patch * patch * values * kernel.outputs_per_pixel();
     let weights = weights([outputs, channels, 1, 1]);
     let [w, b] = ["conv.weight", "conv.bias"].map(|name| &weights.get(name).values[..]);
     let input = planes((channels, height, width), 3);
@@ -321,8 +321,15 @@ fn check_head(on: &[On], case: HeadCase) {
     for on in on {
         let mut list = Dispatches::default();
         let memory = Memory::new(on.arithmetic, &plan.buffers, &mut list);
-        let step =
-            HeadStep { name: "conv".to_owned(), input: 0, guide: 1, patch, kernel, planes, base: None };
+        let step = HeadStep {
+            name: "conv".to_owned(),
+            input: 0,
+            guide: 1,
+            patch,
+            kernel,
+            planes: values,
+            base: None,
+        };
         let head = Head::new(on.arithmetic, &plan, &weights, &step);
         let raw = list.storage("raw", head.raw_len(&plan) * 4);
         head.push(&on.context(&plan, &memory), raw, &mut list);

@@ -60,11 +60,13 @@ fn every_shader_is_valid() {
             }
             for patch in [1, 2, 4, 8] {
                 for kernel in [Off, Linear, Softmax] {
-                    let shader = head::kind::shader(by, HeadKind { patch, kernel }, rows);
+                    let shader = head::kind::shader(by, HeadKind { patch, kernel, planes: 1 }, rows);
                     validate(shader.source(), &format!("head {patch} {kernel:?}"));
                 }
+                let weights = head::kind::shader(by, HeadKind { patch, kernel: Off, planes: 6 }, rows);
+                validate(weights.source(), &format!("head {patch}, weights of shares"));
                 for (matrices, kernel) in MATRICES.into_iter().zip([Linear, Softmax].into_iter().cycle()) {
-                    let shader = head_matrix::shader(matrices, 64, HeadKind { patch, kernel });
+                    let shader = head_matrix::shader(matrices, 64, HeadKind { patch, kernel, planes: 1 });
                     validate(shader.source(), &format!("head {patch} {matrices:?}"));
                 }
             }
@@ -75,12 +77,12 @@ fn every_shader_is_valid() {
             let surface = Surface { precision, textures };
             validate(features::depth_range::shader(surface).source(), "depth range");
             for patch in [1, 4] {
-                for channels in Features::named() {
+                for channels in Features::named().chain([Features::normal_radius_light()]) {
                     let shader = features::shader(surface, &channels, patch);
                     validate(shader.source(), &format!("{channels:?} {patch} {textures:?}"));
                 }
-                for kind in [[false, false], [true, false], [false, true]] {
-                    let image = image::shader(surface, patch, kind);
+                for (planes, blocked) in [(0, false), (1, false), (6, false), (0, true)] {
+                    let image = image::shader(surface, (patch, planes), blocked);
                     validate(&covering(image.source()), "image");
                 }
             }

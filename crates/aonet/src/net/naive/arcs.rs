@@ -67,6 +67,21 @@ impl Side<'_> {
         (light * SECTORS / self.light + self.dither).clamp(0.0, SECTORS).round_ties_even() as u32
     }
 
+    /// Whether a place lies within the AO radius.
+    fn near(&self, seen: &Seen, radius: f64) -> bool {
+        (seen.place - self.pixel).length() <= radius
+    }
+
+    /// Sectors between the viewer and an end of a way, or where the way leaves the AO radius if the end is beyond it.
+    fn end(&self, end: &Seen, other: &Seen, radius: f64) -> u32 {
+        if self.near(end, radius) {
+            return end.sector;
+        }
+        let way = (end.place - other.place).normalize();
+        let [_, leaves] = self.crossing(other.place, way, radius).expect("the other end is inside");
+        self.sector(other.place + way * leaves)
+    }
+
     /// Distances from a place at which a ray from there, of unit length, enters and leaves the sphere around the pixel.
     fn crossing(&self, place: DVec3, ray: DVec3, radius: f64) -> Option<[f64; 2]> {
         let offset = place - self.pixel;
@@ -158,15 +173,20 @@ impl Screen<'_> {
                     continue;
                 };
                 now.push(seen);
-                if (seen.place - side.pixel).length() > self.radius {
-                    continue;
-                }
                 for earlier in before.iter().take(layers).flatten() {
-                    if predicts(earlier, &seen) || predicts(&seen, earlier) {
-                        bits[0] |= between(seen.sector, earlier.sector);
+                    let near =
+                        side.near(&seen, self.radius) || layers == 1 && side.near(earlier, self.radius);
+                    if near && (predicts(earlier, &seen) || predicts(&seen, earlier)) {
+                        let ends = [(earlier, &seen), (&seen, earlier)];
+                        let [a, b] = ends.map(|(end, other)| match layers {
+                            // Arcs end where they leave the AO radius.
+                            1 => side.end(end, other, self.radius),
+                            _ => end.sector,
+                        });
+                        bits[0] |= between(a, b);
                     }
                 }
-                if layer + 1 == layers {
+                if layer + 1 == layers && side.near(&seen, self.radius) {
                     let [_, leaves] =
                         side.crossing(seen.place, seen.ray, self.radius).expect("inside the sphere");
                     for (bits, gap) in bits[1..4].iter_mut().zip(GAPS) {

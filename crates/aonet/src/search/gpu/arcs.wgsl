@@ -32,6 +32,9 @@ struct Seen {
     depth: f32,
     /// Its normal in the plane of the slice, of any length.
     normal: vec2<f32>,
+    /// From the pixel to it, and whether that is within the AO radius.
+    offset: vec2<f32>,
+    near: bool,
     /// Sectors between the viewer and it: a whole number.
     sector: f32,
 }
@@ -124,23 +127,38 @@ fn off_at(s: Slice, side: Side, pixels: f32) -> u32 {
 fn seen_by(p: Pixel, s: Slice, side: Side, tap: Tap, layer: u32) -> Seen {
     let stored = depth_at(tap.pixel, layer);
     if (stored >= BACKGROUND) {
-        return Seen(false, tap.pixels, 1.0, vec2(0.0), SECTORS);
+        return nothing(tap.pixels);
     }
     let normal = surfel(tap.pixel, layer);
     let turned = vec2(dot(normal, s.along), dot(normal, p.to_viewer));
     // The pixel's plane at the tap's place.
     let facing = min(dot(tap.ray, turned), -LEAST_FACING);
     let depth = stored - pixel_size(stored) * dot(tap.aside, normal.xy) / facing;
-    return Seen(true, tap.pixels, depth, turned, sector_of(s, side, offset_to(side, tap.pixels, depth)));
+    let offset = offset_to(side, tap.pixels, depth);
+    let near = dot(offset, offset) <= frame.radius * frame.radius;
+    return Seen(true, tap.pixels, depth, turned, offset, near, sector_of(s, side, offset));
+}
+
+fn nothing(pixels: f32) -> Seen {
+    return Seen(false, pixels, 1.0, vec2(0.0), vec2(0.0), false, SECTORS);
+}
+
+/// Sectors between the viewer and the end of an arc; in frames of one layer, arcs end where they leave the AO radius.
+fn end_of(s: Slice, side: Side, place: Seen, other: Seen) -> f32 {
+    if (place.near || LAYERS > 1u) {
+        return place.sector;
+    }
+    let way = place.offset - other.offset;
+    return sector_of(s, side, other.offset + way * crossing(way, other.offset).y);
 }
 
 /// Sectors of one side of a slice by share: what is hit is not hidden, and what is hidden is not off.
 fn counts_on(p: Pixel, s: Slice, side: Side, jitter: f32) -> array<f32, SHARES> {
     // What the steps before saw: the last one first, layer by layer. Arcs begin at the tangent plane.
     var before: array<Seen, EARLIER * LAYERS>;
-    before[0] = Seen(true, 0.0, side.depth, vec2(s.sin_n, s.cos_n), SECTORS);
+    before[0] = Seen(true, 0.0, side.depth, vec2(s.sin_n, s.cos_n), vec2(0.0), true, SECTORS);
     for (var i = 1u; i < EARLIER * LAYERS; i++) {
-        before[i] = Seen(false, 0.0, 1.0, vec2(0.0), SECTORS);
+        before[i] = nothing(0.0);
     }
     var blocked: Blocked;
     for (var k = 0u; k < STEPS; k++) {
@@ -160,27 +178,24 @@ fn counts_on(p: Pixel, s: Slice, side: Side, jitter: f32) -> array<f32, SHARES> 
             }
             for (var layer = 0u; layer < LAYERS; layer++) {
                 let here = now[layer];
-                let offset = offset_to(side, here.pixels, here.depth);
-                let squared = dot(offset, offset);
-                if (!here.valid || squared > frame.radius * frame.radius) {
+                if (!here.valid) {
                     continue;
                 }
-                var low = here.sector;
-                var high = here.sector;
                 for (var i = 0u; i < EARLIER * LAYERS; i++) {
                     let earlier = before[i];
                     // Sectors above the tangent plane alone are blocked.
-                    if (!earlier.valid || min(here.sector, earlier.sector) >= SECTORS) {
+                    let near = here.near || (LAYERS == 1u && earlier.near);
+                    if (!earlier.valid || !near || min(here.sector, earlier.sector) >= SECTORS) {
                         continue;
                     }
                     if (predicts(side, earlier, here, tap.ray)
                         || predicts(side, here, earlier, ray_to(side, earlier.pixels))) {
-                        low = min(low, earlier.sector);
-                        high = max(high, earlier.sector);
+                        let ends = vec2(end_of(s, side, earlier, here), end_of(s, side, here, earlier));
+                        blocked.hit |= sectors(u32(min(ends.x, ends.y)), u32(max(ends.x, ends.y)));
                     }
                 }
-                blocked.hit |= sectors(u32(low), u32(high));
-                if (layer + 1u == LAYERS && here.sector < SECTORS) {
+                if (layer + 1u == LAYERS && here.near && here.sector < SECTORS) {
+                    let offset = here.offset;
                     let leaves = crossing(tap.ray, offset).y;
                     let along_ray = inverseSqrt(dot(tap.ray, tap.ray)) * frame.radius;
                     for (var i = 0u; i < SHARES - 2; i++) {

@@ -46,11 +46,15 @@ pub fn network_costs(model: &Model, size: Size, precision: Precision) -> aonet_s
     if model.config().features.sees(Channel::DepthNormalized) {
         costs.push(cost("depth range", DEPTH_RANGE * pixels, DEPTH * pixels));
     }
-    costs.extend(plan.steps.iter().map(|step| of_step(model, &plan, step, precision)));
+    costs.extend(plan.steps.iter().filter_map(|step| of_step(model, &plan, step, precision)));
     if plan.steps.iter().any(|step| matches!(step, Step::Head(_))) {
-        let corrects = |s: &Step| matches!(s, Step::Head(HeadStep { base: Some(_), .. }));
-        let base = if plan.steps.iter().any(corrects) { VISIBILITY } else { 0.0 };
-        costs.push(cost("image", IMAGE * pixels, (DEPTH + VISIBILITY + base + OUTPUT) * pixels));
+        let planes = |step: &Step| match step {
+            Step::Head(HeadStep { planes, base, .. }) => Some([*planes, base.map_or(0, |_| *planes)]),
+            _ => None,
+        };
+        let [values, base] =
+            plan.steps.iter().find_map(planes).unwrap_or([1, 0]).map(|n| n as f64 * VISIBILITY);
+        costs.push(cost("image", IMAGE * pixels, (DEPTH + values + base + OUTPUT) * pixels));
     }
     Ok(costs)
 }
@@ -73,11 +77,12 @@ fn search(method: &Classic, pixels: f64) -> Vec<PassCost> {
         costs.push(cost("pyramid", PYRAMID * pixels, (DEPTH + coarser) * pixels));
     }
     costs.push(cost(method.name(), search * pixels, (NORMAL + DEPTH + coarser + VISIBILITY) * pixels));
-    costs.resize(costs.len() + filter_passes, filter(pixels));
+    costs.resize(costs.len() + filter_passes, filter(pixels, 1));
     costs
 }
 
-fn of_step(model: &Model, plan: &Plan, step: &Step, precision: Precision) -> PassCost {
+/// None for what frames of one layer, which are timed, have no pass of.
+fn of_step(model: &Model, plan: &Plan, step: &Step, precision: Precision) -> Option<PassCost> {
     let pixels = plan.size.pixels() as f64;
     let real = match precision {
         Precision::F32 => 4.0,
@@ -88,24 +93,26 @@ fn of_step(model: &Model, plan: &Plan, step: &Step, precision: Precision) -> Pas
         (buffer.channels * buffer.width * buffer.height) as f64 * real
     };
     let counted = ops::cost(model, plan, step);
-    match step {
+    Some(match step {
+        Step::Surfels { .. } => return None,
         Step::Search { search, .. } => {
-            cost(search.method().name(), counted.flop, (NORMAL + DEPTH + VISIBILITY) * pixels)
+            let found = search.planes() as f64 * VISIBILITY;
+            cost(search.method().name(), counted.flop, (NORMAL + DEPTH + found) * pixels)
         }
-        Step::Filter { .. } => filter(pixels),
+        Step::Filter { search, .. } => filter(pixels, search.planes()),
         Step::Features { search, output, .. } => {
-            let found = if search.is_some() { VISIBILITY } else { 0.0 };
+            let found = search.map_or(0.0, |found| plan.buffers[found].channels as f64 * VISIBILITY);
             cost("features", FEATURES * pixels, (NORMAL + DEPTH + found) * pixels + bytes(*output))
         }
         // Activations and weights; these are counted as f32.
         Step::Conv(ConvStep { name, .. }) => cost(name, counted.flop, counted.bytes * real / 4.0),
-        Step::Head(HeadStep { name, input, guide, kernel, .. }) => {
+        Step::Head(HeadStep { name, input, guide, kernel, planes, .. }) => {
             let guide = match kernel {
                 KernelWeights::Off => 0.0,
                 KernelWeights::Linear | KernelWeights::Softmax => bytes(*guide),
             };
             let weights = model.weights().get(&format!("{name}.weight")).values.len() as f64 * real;
-            let raw = plan.padded.pixels() as f64 * VISIBILITY;
+            let raw = (plan.padded.pixels() * planes) as f64 * VISIBILITY;
             cost("head", counted.flop, bytes(*input) + guide + weights + raw)
         }
         Step::Image { input } => {
@@ -113,12 +120,12 @@ fn of_step(model: &Model, plan: &Plan, step: &Step, precision: Precision) -> Pas
             let blocks = (plan.buffers[*input].width * plan.buffers[*input].height) as f64 * 4.0 * real;
             cost("image", IMAGE * pixels, blocks + (DEPTH + OUTPUT) * pixels)
         }
-    }
+    })
 }
 
-/// One pass of the filter after a search.
-fn filter(pixels: f64) -> PassCost {
-    cost("denoise", FILTER_FLOP * pixels, (NORMAL + DEPTH + 2.0 * VISIBILITY) * pixels)
+/// One pass of the filter after a search that tells so many numbers of a pixel.
+fn filter(pixels: f64, planes: usize) -> PassCost {
+    cost("denoise", FILTER_FLOP * pixels, (NORMAL + DEPTH + 2.0 * planes as f64 * VISIBILITY) * pixels)
 }
 
 fn cost(pass: &str, flop: f64, bytes: f64) -> PassCost {
