@@ -30,9 +30,8 @@ struct Wanted {
     search: Option<SearchConfig>,
     crop: usize,
     validation_frames: usize,
-    /// Shares of the frames that lose their guard band and their second layer.
-    less: [f64; 2],
-    seed: u64,
+    /// Shares of the frames that lose their guard band and their second layer, and the seed that says which ones.
+    less: Option<([f64; 2], u64)>,
 }
 
 impl<'a> Frames<'a> {
@@ -46,13 +45,13 @@ impl<'a> Frames<'a> {
     /// # Errors
     /// When a frame is broken or smaller than the crop, or a split has none.
     pub(crate) fn load(&mut self, config: &TrainConfig, events: TrainEvents) -> Result<&Loaded> {
+        let less = [config.augment.without_margin, config.augment.without_second];
         let wanted = Wanted {
             features: samples::sampled(config.model.features.clone(), config.model.search),
             search: config.model.search,
             crop: config.crop,
             validation_frames: config.validation_frames,
-            less: [config.augment.without_margin, config.augment.without_second],
-            seed: config.seed,
+            less: (less != [0.0; 2]).then_some((less, config.seed)),
         };
         let held = match self.held.take() {
             Some((found, loaded)) if found == wanted => loaded,

@@ -167,6 +167,7 @@ fn turn(
 mod tests {
     use super::super::tests::{tiny_config, tiny_dataset, tiny_run};
     use super::*;
+    use crate::train::Augment;
     use aonet::net::{Features, ModelConfig, Output};
     use std::sync::Mutex;
 
@@ -276,6 +277,13 @@ mod tests {
         let config = tiny_config(2);
         assert!(reads(&mut frames, &config));
         assert!(!reads(&mut frames, &TrainConfig { steps: 9, seed: 4, ..config.clone() }));
+        let less = Augment { without_second: 0.5, ..config.augment };
+        let less = TrainConfig { augment: less, ..config.clone() };
+        assert!(reads(&mut frames, &less) && !reads(&mut frames, &less));
+        assert!(
+            reads(&mut frames, &TrainConfig { seed: 4, ..less }),
+            "the seed says which frames lose a layer"
+        );
         let small = TrainConfig { crop: 32, ..config };
         assert!(reads(&mut frames, &small));
         let normals = ModelConfig {
