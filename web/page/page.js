@@ -157,6 +157,8 @@ async function open_file(file) {
 function listen() {
     of("left").onchange = of("right").onchange = () => change(show_methods);
     of("show").onchange = () => change((viewer) => viewer.set_show(of("show").value));
+    of("guard_band").onchange = () => change((viewer) => viewer.set_margin(Number(of("guard_band").value)));
+    of("second_layer").onchange = () => change((viewer) => viewer.set_second(of("second_layer").value !== "none"));
     of("split").oninput = () => change(show_split);
     of("scale").onchange = () => frames.want();
     of("radius").oninput = () => {
@@ -211,7 +213,7 @@ async function start() {
     viewer = await aonet.Viewer.create(canvas, navigator.gpu.getPreferredCanvasFormat());
     const [names, titles, shows] = [aonet.method_names(), aonet.method_titles(), aonet.show_names()];
     fill(of("left"), names, titles, "off");
-    fill(of("right"), names, titles, "network");
+    fill(of("right"), names, titles, "balanced");
     fill(of("show"), shows, shows, "shaded");
     listen();
     hear();

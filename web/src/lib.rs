@@ -6,10 +6,11 @@ mod errors;
 mod stage;
 
 use aonet::gpu::Device;
-use aonet::{AoParams, Size};
+use aonet::{AoParams, Margin, Size, Window};
 use aonet_scene::Scene;
 use aonet_scene::scene::{MissingNormals, colours, gltf, procedural};
 use aonet_scene::trace::Tracer;
+use aonet_scene::view::DEFAULT_SEPARATION;
 use aonet_view::renderer::{FrameParams, Method, Renderer, Show};
 use canvas::Canvas;
 use errors::DeviceErrors;
@@ -26,6 +27,8 @@ pub struct Viewer {
     renderer: Renderer,
     scene: Shown,
     stage: Stage,
+    /// Guard band on each side, as a share of the picture.
+    margin: f32,
     frame: FrameParams,
     errors: DeviceErrors,
 }
@@ -60,7 +63,7 @@ impl Viewer {
         let mut frame = FrameParams::new(stage.camera(size).map_err(shown)?, view.params().map_err(shown)?);
         frame.far = stage.far;
         let canvas = Canvas::new(&device, canvas, format).map_err(shown)?;
-        Ok(Self { device, canvas, renderer, scene: Shown::Drawn(scene), stage, frame, errors })
+        Ok(Self { device, canvas, renderer, scene: Shown::Drawn(scene), stage, margin: 0.0, frame, errors })
     }
 
     /// A promise of the device's next error message. After `lost: ..` there are no more.
@@ -74,7 +77,7 @@ impl Viewer {
     /// When a side is 0 or too large for the device.
     pub fn resize(&mut self, width: u32, height: u32) -> Result<(), JsError> {
         let size = Size::new(width as usize, height as usize).map_err(shown)?;
-        self.renderer.resize(size).map_err(shown)?;
+        self.surround(size, self.margin)?;
         self.canvas.resize(&self.device.device, size);
         Ok(())
     }
@@ -141,6 +144,21 @@ impl Viewer {
         Ok(())
     }
 
+    /// Guard band on each side, as a share of the picture.
+    ///
+    /// # Errors
+    /// When the picture and its guard band are too large for the device; both then stay.
+    pub fn set_margin(&mut self, margin: f32) -> Result<(), JsError> {
+        self.surround(self.renderer.size(), margin)?;
+        self.margin = margin;
+        Ok(())
+    }
+
+    /// Whether frames have a second layer.
+    pub fn set_second(&mut self, has_second: bool) {
+        self.frame.separation = has_second.then_some(DEFAULT_SEPARATION);
+    }
+
     /// The AO radius (world units).
     ///
     /// # Errors
@@ -199,6 +217,12 @@ impl Viewer {
 }
 
 impl Viewer {
+    /// Changes the size of the picture and its guard band.
+    fn surround(&mut self, size: Size, margin: f32) -> Result<(), JsError> {
+        let window = Window::new(size, Margin::share(size, margin)).map_err(shown)?;
+        self.renderer.resize(window).map_err(shown)
+    }
+
     /// Gives the renderer the hierarchy when a frame first needs rays.
     fn trace(&mut self) -> aonet_view::Result<()> {
         let Shown::Drawn(scene) = &mut self.scene else { return Ok(()) };

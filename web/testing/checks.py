@@ -11,11 +11,13 @@ SEEDS = pathlib.Path(__file__).resolve().parents[2] / "fuzz/seeds/gltf"
 # and how close it must come [dB]. Measured with SwiftShader here and lavapipe there: 35.7, 36.9, 32.8, 35.0 and 31.1; the
 # two rasterise edges differently.
 GOLDEN = {
-    "shaded": ({"left": "network", "right": "network", "split": 1, "show": "shaded"}, 30),
-    "split": ({"left": "off", "right": "network", "split": 0.5, "show": "shaded"}, 30),
-    "visibility": ({"left": "network", "right": "paper", "split": 0.5, "show": "ao"}, 30),
+    "shaded": ({"left": "balanced", "right": "balanced", "split": 1, "show": "shaded"}, 30),
+    "split": ({"left": "off", "right": "balanced", "split": 0.5, "show": "shaded"}, 30),
+    "visibility": ({"left": "balanced", "right": "paper", "split": 0.5, "show": "ao"}, 30),
     "classic": ({"left": "gtao", "right": "vbao", "split": 0.5, "show": "ao"}, 30),
-    "normals": ({"left": "network", "right": "network", "split": 1, "show": "normals"}, 30),
+    "normals": ({"left": "balanced", "right": "balanced", "split": 1, "show": "normals"}, 30),
+    "second": ({"show": "second"}, 30),
+    "shares": ({"show": "shares", "second_layer": "behind"}, 25),
 }
 
 
@@ -45,9 +47,23 @@ def pictures(desk):
     return ", ".join(measured)
 
 
+def surround(desk):
+    """A guard band and a second layer show more occluders to the method that reads both."""
+    def mean(**controls):
+        return sum(desk.set(**controls).rgba[0::4])
+
+    bare = mean(left="arcs", right="arcs", split=1, show="ao", second_layer="none")
+    means = [mean(guard_band=0.15) / bare, mean(second_layer="behind") / bare]
+    desk.screenshot("surround")
+    expect(desk.message() == "", f"the page says {desk.message()!r}")
+    expect(means[0] != 1 and means[1] < means[0], f"visibility {means} of that without them")
+    desk.set(left="off", right="off", show="shaded", guard_band=0, second_layer="none")
+    return f"visibility {100 * (means[0] - 1):.1f} % with a guard band, {100 * (means[1] - 1):.1f} % with both"
+
+
 def reference(desk):
     """Rays converge, and the result is close to the network's."""
-    network = desk.set(scale=0.25, left="network", right="network", split=1, show="ao")
+    network = desk.set(scale=0.25, left="balanced", right="balanced", split=1, show="ao")
     traced = desk.set(left="reference", right="reference")
     desk.screenshot("reference")
     expect(desk.message() == "", f"the page says {desk.message()!r}")
@@ -64,8 +80,8 @@ def reference(desk):
 
 def slider(desk):
     """One method is left of the slider, the other one right of it."""
-    whole = [desk.set(left=method, right=method, split=0) for method in ("off", "network")]
-    both = desk.set(left="off", right="network", split=0.2)
+    whole = [desk.set(left=method, right=method, split=0) for method in ("off", "balanced")]
+    both = desk.set(left="off", right="balanced", split=0.2)
     # The slider itself is a column of its own. Python rounds halves to even numbers, the renderer does not.
     edge = math.floor(0.2 * both.width + 0.5)
     for i, (first, end) in enumerate([(0, edge), (edge + 1, both.width)]):
@@ -171,4 +187,4 @@ def lost_device(desk):
     return desk.message()
 
 
-WITH_WEBGPU = [pictures, reference, slider, radius, sizes, input_moves, files, lost_device]
+WITH_WEBGPU = [pictures, surround, reference, slider, radius, sizes, input_moves, files, lost_device]

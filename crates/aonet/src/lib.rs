@@ -24,7 +24,8 @@ pub use frame::size::Size;
 pub use frame::window::{Margin, Window};
 pub use glam;
 
-/// The README's program compiles.
+/// The programs of README and guide compile.
 #[cfg(all(doctest, feature = "weights"))]
 #[doc = include_str!("../../../README.md")]
+#[doc = include_str!("../../../docs/guide.md")]
 struct Readme;

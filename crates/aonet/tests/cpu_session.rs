@@ -75,13 +75,13 @@ fn every_row_of_tables_3_and_4() {
 #[test]
 fn corrections() {
     for patch in [1, 2, 4, 8] {
-        check(ModelConfig { patch, ..ModelConfig::any_radius() }, Size::px(70, 33));
+        check(ModelConfig { patch, ..ModelConfig::balanced() }, Size::px(70, 33));
     }
     check(
-        ModelConfig { encoder: vec![16, 32], decoder: vec![16], ..ModelConfig::any_radius() },
+        ModelConfig { encoder: vec![16, 32], decoder: vec![16], ..ModelConfig::balanced() },
         Size::px(1, 1),
     );
-    let small = ModelConfig { encoder: vec![16, 32], decoder: vec![16], ..ModelConfig::any_radius() };
+    let small = ModelConfig { encoder: vec![16, 32], decoder: vec![16], ..ModelConfig::balanced() };
     for patch in [1, 4] {
         for kernel in [KernelWeights::Linear, KernelWeights::Softmax] {
             check(ModelConfig { patch, kernel, ..small.clone() }, Size::px(45, 20));
@@ -179,7 +179,7 @@ const PRECISION_TOLERANCE: f64 = 0.01;
 #[test]
 fn shipped_networks_say_the_same_in_every_precision() {
     let gbuffer = frame(Size::px(300, 170), 2);
-    for bytes in [aonet::net::shipped::ANY_RADIUS, aonet::net::shipped::PAPER] {
+    for (name, bytes) in aonet::net::shipped::ALL {
         let model = Model::from_bytes(bytes).unwrap();
         let image = |precision| {
             let options = Options { threads: 2, precision, ..Options::default() };
@@ -194,7 +194,7 @@ fn shipped_networks_say_the_same_in_every_precision() {
             let pairs = exact.visibility().iter().zip(rounded.visibility());
             let squares: f64 = pairs.map(|(a, b)| f64::from(a - b).powi(2)).sum();
             let rms = (squares / exact.visibility().len() as f64).sqrt();
-            assert!(rms > 0.0 && rms <= PRECISION_TOLERANCE, "{precision}: {rms}");
+            assert!(rms > 0.0 && rms <= PRECISION_TOLERANCE, "{name}, {precision}: {rms}");
         }
     }
 }
@@ -266,7 +266,7 @@ fn a_precision_without_instructions_or_ranges_is_an_error() {
 
 #[test]
 fn the_number_of_threads_does_not_matter() {
-    let model = model(ModelConfig::any_radius(), 5);
+    let model = model(ModelConfig::balanced(), 5);
     let gbuffer = frame(Size::px(700, 500), 6);
     for level in Level::available() {
         let one = run(&model, &gbuffer, (1, level));

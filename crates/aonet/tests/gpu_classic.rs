@@ -4,15 +4,15 @@ mod common;
 #[path = "common/device.rs"]
 mod device;
 
-use aonet::gpu::{Device, FrameViews, Layers, Offscreen, Options};
-use aonet::search::Classic;
+use aonet::gpu::{Device, FrameViews, Layers, Offscreen, Options, wgpu};
 use aonet::search::gpu::ClassicSession;
+use aonet::search::{ArcsParams, Classic, Share};
 use aonet::{AoImage, GBuffer, Projection, Size};
 use common::{
     behind_bars, frame, max_error, mean_error, params, spread, waves, waves_seen_by, waves_through,
     with_noise_behind,
 };
-use device::{Inputs, OPTIONS, device, inputs, read, target, too_large};
+use device::{Inputs, OPTIONS, device, inputs, read, read_texels, target, too_large};
 
 /// Mean difference from the CPU's image: a tap between two pixels, or an occluder between two sectors, may fall on either.
 /// Measured: 7e-5 on a frame of noise, 3e-5 on waves; of arcs 2e-5 with one layer, 3e-5 with two.
@@ -292,4 +292,40 @@ fn a_margin_is_cropped() {
     }
     let mut session = Offscreen::classic(&device, &with("gtao", &[]), guarded.size()).unwrap();
     assert!(session.run(&guarded, params(), &mut found).unwrap_err().to_string().contains("margin"));
+}
+
+#[test]
+fn shares_are_drawn_in_the_colours_of_the_cpus() {
+    let Some(device) = device() else { return };
+    let bars = behind_bars(&waves(Size::px(75, 41)));
+    for gbuffer in [bars.clone().without_second(), bars] {
+        let (arcs, size) = (ArcsParams::default(), gbuffer.size());
+        let mut session =
+            aonet::search::Session::new(&Classic::Arcs(arcs), gbuffer.window(), Default::default()).unwrap();
+        let shares = session.shares(&gbuffer, params()).unwrap();
+        let layers = if gbuffer.second().is_some() { Layers::Two } else { Layers::One };
+        let options = Options { layers, output: wgpu::TextureFormat::Rgba8Unorm, ..OPTIONS };
+        let session = ClassicSession::shares((&device.device, &device.queue), &arcs, size, options).unwrap();
+        let Inputs { normal, depth, second, frame } = inputs(&device, &gbuffer, params());
+        let picture = target(&device, size, options.output);
+        let views =
+            FrameViews { normal: &normal, depth: &depth, second: second.as_ref(), visibility: &picture };
+        let mut encoder = device.device.create_command_encoder(&Default::default());
+        session.encode(&mut encoder, &session.bind(views).unwrap(), &frame).unwrap();
+        let found = read_texels(&device, encoder, &picture);
+        let mixed = |i: usize, c: usize| {
+            let of = |share: Share| shares.plane(share)[i] * f32::from(share.colour()[c]);
+            Share::ALL.map(of).iter().sum::<f32>()
+        };
+        let expected = |i: usize| [mixed(i, 0), mixed(i, 1), mixed(i, 2), 255.0];
+        let off = found.chunks_exact(4).enumerate().flat_map(|(i, texel)| {
+            let expected = expected(i);
+            (0..4).map(move |c| (f32::from(texel[c]) - expected[c]).abs())
+        });
+        let mean = off.sum::<f32>() / found.len() as f32;
+        let coloured = found.chunks_exact(4).filter(|texel| texel[0].abs_diff(texel[2]) > 20).count();
+        assert!(coloured > size.pixels() / 10, "{coloured} pixels have a colour");
+        // Rounding to whole steps alone is a quarter of a step in the mean.
+        assert!(mean < 0.5, "{mean} of 255");
+    }
 }

@@ -47,7 +47,8 @@ fn files_of_networks_give_the_sessions_image() {
     let Some(device) = device() else { return };
     let on = (&device.device, &device.queue);
     for (model, what) in [
-        (Model::from_bytes(shipped::ANY_RADIUS).unwrap(), "any_radius"),
+        (Model::from_bytes(shipped::BALANCED).unwrap(), "balanced"),
+        (Model::from_bytes(shipped::HIGH).unwrap(), "high"),
         (model(small(Features::normal_depth_normalized(), 4, KernelWeights::Linear), 1), "normalised depth"),
     ] {
         check(&device, &aonet::net::gpu::Session::new(on, &model, SIZE, OPTIONS).unwrap(), what);

@@ -59,7 +59,7 @@ fn frames() -> Vec<GBuffer<'static>> {
 /// A network that corrects a search by nothing: its image is what the search found.
 fn searching(search: SearchConfig) -> Model {
     let search = Some(search);
-    let config = ModelConfig { search, encoder: vec![1], decoder: vec![], ..ModelConfig::any_radius() };
+    let config = ModelConfig { search, encoder: vec![1], decoder: vec![], ..ModelConfig::balanced() };
     let graph = aonet::internals::graph::Graph::new(&config).unwrap();
     let mut tensors = Weights::init(&graph, 1).tensors().clone();
     tensors.values_mut().for_each(|tensor| tensor.values.fill(0.0));

@@ -40,7 +40,7 @@ fn networks_are_described_written_and_read() {
     for precision in [Precision::F32, Precision::F16] {
         // Depths in world units do not fit in half floats.
         for (config, fits) in
-            [(ModelConfig::paper(), true), (ModelConfig::any_radius(), true), (ModelConfig::deep_ao(), false)]
+            [(ModelConfig::paper(), true), (ModelConfig::balanced(), true), (ModelConfig::deep_ao(), false)]
         {
             let network = network(config, precision);
             let program = read(&network.program(Size::px(65, 43)).unwrap());
@@ -84,7 +84,7 @@ fn sizes_differ_in_numbers_and_share_weights() {
 /// Buffers that no pass has written yet hold anything.
 #[test]
 fn passes_read_what_was_written_before() {
-    let networks = [ModelConfig::paper(), ModelConfig::any_radius(), ModelConfig::deep_ao()];
+    let networks = [ModelConfig::paper(), ModelConfig::balanced(), ModelConfig::deep_ao()];
     let networks = networks.map(|config| network(config, Precision::F32).program(Size::px(65, 43)).unwrap());
     let methods = ["ssao", "hbao", "ssdo", "gtao", "vbao", "agtao", "arcs"].map(classic);
     let methods = methods.map(|method| method.program(Size::px(65, 43)).unwrap());

@@ -8,9 +8,9 @@ use aonet::search::Classic;
 use aonet::{AoImage, AoParams, Camera, GBuffer, Margin, Size};
 use common::{max_error, model, params, small, waves_seen_by};
 
-const SIZE: Size = Size::px(192, 160);
-/// A multiple of the noise's tile and of the coarsest depths' cells.
-const STEP: usize = 64;
+const SIZE: Size = Size::px(208, 176);
+/// A multiple of the period of the noise (5 px) and of the coarsest depths' cells (16 px).
+const STEP: usize = 80;
 
 fn whole() -> GBuffer<'static> {
     let camera = Camera::perspective(0.8, SIZE).unwrap().with_centre_px([60.25, 90.5]).unwrap();
@@ -71,9 +71,9 @@ fn pixels_need_not_be_square() {
     // The same wall and floor, with twice as many columns.
     let method = Classic::named("agtao").unwrap();
     let camera = Camera::perspective(0.8, SIZE).unwrap();
-    let wide = camera.tile(0, 0, Size::px(384, 160)).unwrap();
+    let wide = camera.tile(0, 0, Size::px(2 * SIZE.width(), SIZE.height())).unwrap();
     let [focal_x, focal_y] = camera.focal_px();
-    let wide = wide.with_focal_px([2.0 * focal_x, focal_y]).unwrap().with_centre_px([192.0, 80.0]).unwrap();
+    let wide = wide.with_focal_px([2.0 * focal_x, focal_y]).unwrap().with_centre_px([208.0, 88.0]).unwrap();
     let corner = |camera: Camera| {
         let (mut depth, mut normal) = (Vec::new(), Vec::new());
         for i in 0..camera.size().pixels() {

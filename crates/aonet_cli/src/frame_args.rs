@@ -21,7 +21,7 @@ pub(crate) struct FrameArgs {
     /// the objects in front [default: the frame's channels second.depth and second.normal.X/Y/Z].
     #[arg(long, value_name = "FILE.exr")]
     second: Option<PathBuf>,
-    /// File to write. AO: .exr (32-bit) or .png (16-bit grey), linear; a gallery: .png.
+    /// File to write: .exr (32-bit) or .png (16-bit grey), linear.
     #[arg(short, long)]
     output: PathBuf,
     /// AO radius (world units); otherwise the frame's or the view's.

@@ -27,7 +27,7 @@ mod cmd {
     pub(crate) mod view;
 }
 
-use clap::{CommandFactory, Parser, Subcommand};
+use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use std::process::ExitCode;
 
 /// Ambient occlusion of ray-traced quality in screen space, by a small neural network.
@@ -81,7 +81,7 @@ pub(crate) enum Outcome {
 }
 
 fn main() -> ExitCode {
-    let cli = Cli::parse();
+    let cli = parse();
     let level = [log::LevelFilter::Warn, log::LevelFilter::Debug, log::LevelFilter::Trace]
         [usize::from(cli.verbose.min(2))];
     let mut logger = env_logger::Builder::new();
@@ -99,6 +99,19 @@ fn main() -> ExitCode {
             ExitCode::from(2)
         }
     }
+}
+
+/// Parses the command line. Options take negative numbers, so that a range error names the value and not a flag.
+fn parse() -> Cli {
+    let names: Vec<_> = Cli::command().get_subcommands().map(|c| c.get_name().to_owned()).collect();
+    let negative = |arg: clap::Arg| {
+        let takes_values = arg.get_action().takes_values() && !arg.is_positional();
+        arg.allow_negative_numbers(takes_values)
+    };
+    let command = names
+        .into_iter()
+        .fold(Cli::command(), |cli, name| cli.mut_subcommand(name, |command| command.mut_args(negative)));
+    Cli::from_arg_matches(&command.get_matches()).unwrap_or_else(|e| e.exit())
 }
 
 fn run(command: Command) -> anyhow::Result<Outcome> {

@@ -182,16 +182,21 @@ pub(crate) fn middle_depth(surface: &Surface) -> f32 {
     depths.get(depths.len() / 2).copied().unwrap_or(1.0)
 }
 
-/// The model in a file, or the shipped one that serves any radius.
-pub(crate) fn model(path: Option<&Path>) -> Result<Model> {
-    match path {
-        Some(path) => {
-            let bytes = std::fs::read(path).map_err(Error::io(path))?;
-            Ok(Model::from_bytes(&bytes).map_err(Error::in_file(path))?)
-        }
-        None => Model::from_bytes(shipped::ANY_RADIUS).context("the shipped network"),
+/// The network of a file or with the name of a shipped one; a file of that name goes first. Without either, `balanced`.
+pub(crate) fn model(of: Option<&Path>) -> Result<Model> {
+    let Some(path) = of else { return Model::from_bytes(shipped::BALANCED).context("the shipped network") };
+    // `any_radius`: the name of `balanced` before there were three sizes.
+    let path = if path == Path::new("any_radius") && !path.exists() { Path::new("balanced") } else { path };
+    let named = shipped::ALL.into_iter().find(|(name, _)| path.as_os_str() == *name);
+    if let (false, Some((name, bytes))) = (path.exists(), named) {
+        return Model::from_bytes(bytes).with_context(|| format!("the shipped network {name}"));
     }
+    let bytes = std::fs::read(path).map_err(Error::io(path)).context(SHIPPED)?;
+    Ok(Model::from_bytes(&bytes).map_err(Error::in_file(path))?)
 }
+
+/// What else a network can be, beside a file that cannot be read.
+const SHIPPED: &str = "expected a network: a file, fast, balanced, high or paper";
 
 /// Seed of the weights of [`untrained`] networks.
 const SEED: u64 = 1;
@@ -246,12 +251,17 @@ pub(crate) fn preset(path: &Path) -> Result<Classic> {
     Ok(Preset::load(path)?.method)
 }
 
-/// Methods by name (`all`: every one with its defaults) and by preset file.
+/// Methods by name and by preset file. `all`: every one with its defaults; `all:tuned`: with tuned parameters where there are some.
 pub(crate) fn classic(names: &[String]) -> Result<Vec<(String, Classic)>> {
     let mut methods = Vec::new();
     for name in names {
         if name == "all" {
             methods.extend(Classic::all().into_iter().map(|m| (m.name().to_owned(), m)));
+        } else if name == "all:tuned" {
+            methods.extend(Classic::all().into_iter().map(|m| {
+                let tuned = format!("{}:tuned", m.name());
+                Classic::named(&tuned).map_or((m.name().to_owned(), m), |found| (tuned, found))
+            }));
         } else if name.ends_with(".json") {
             let method = preset(name.as_ref())?;
             methods.push((format!("{}, {}", method.name(), name_of(name.as_ref())), method));

@@ -79,7 +79,7 @@ fn all_methods_are_every_classic_one_and_every_configuration_once() {
     let bench = json(project(), "bench --methods all --size 64x64 --threads 1 --runs 1 --json");
     let names: Vec<_> =
         bench["timings"].as_array().unwrap().iter().map(|row| row["method"].as_str().unwrap()).collect();
-    for name in ["any_radius", "paper", "deep_ao", "deep_shading", "base_patch", "ssao", "gtao", "agtao"] {
+    for name in ["balanced", "paper", "deep_ao", "deep_shading", "base_patch", "ssao", "gtao", "agtao"] {
         assert_eq!(names.iter().filter(|n| **n == name).count(), 1, "{name} of {names:?}");
     }
     // The same network with other weights takes the same time.

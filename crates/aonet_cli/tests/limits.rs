@@ -25,12 +25,10 @@ fn json(folder: &Path, line: &str) -> Value {
     serde_json::from_slice(&output.stdout).unwrap_or(Value::Null)
 }
 
-/// A folder with the shipped networks and a frame.
+/// A folder with a frame.
 fn desk() -> tempfile::TempDir {
     let dir = tempfile::tempdir().unwrap();
     let write = |name: &str, bytes: &[u8]| std::fs::write(dir.path().join(name), bytes).unwrap();
-    write("any_radius.safetensors", aonet::net::shipped::ANY_RADIUS);
-    write("paper.safetensors", aonet::net::shipped::PAPER);
     let view =
         r#"{"eye":[1.2,1.4,1.9],"target":[0,0.3,0],"fov_y_deg":60,"radius":0.5,"width":1280,"height":720}"#;
     write("view.json", view.as_bytes());
@@ -43,10 +41,9 @@ fn desk() -> tempfile::TempDir {
 fn frames_of_720p_need_little_memory() {
     let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
     let desk = desk();
-    for network in ["any_radius", "paper"] {
+    for network in ["balanced", "paper"] {
         for line in ["infer frame.exr -o ao.exr", "infer frame.exr -o ao.png"] {
-            let facts =
-                json(desk.path(), &format!("{line} --model {network}.safetensors --threads 2 --json"));
+            let facts = json(desk.path(), &format!("{line} --model {network} --threads 2 --json"));
             let Some(peak) = facts["peak_mib"].as_f64() else {
                 eprintln!("skipped: the system does not tell");
                 return;
@@ -63,11 +60,9 @@ fn frames_of_720p_need_little_memory() {
 fn the_first_image_comes_soon() {
     let _alone = ALONE.lock().unwrap_or_else(PoisonError::into_inner);
     let desk = desk();
-    for network in ["any_radius", "paper"] {
+    for network in ["balanced", "paper"] {
         for threads in [1, 2] {
-            let line = format!(
-                "bench --model {network}.safetensors --size 1280x720 --threads {threads} --runs 5 --json"
-            );
+            let line = format!("bench --model {network} --size 1280x720 --threads {threads} --runs 5 --json");
             // On a busy machine, one of a few tries is undisturbed.
             let late = (0..5).map(|_| {
                 let row = &json(desk.path(), &line)["timings"][0];

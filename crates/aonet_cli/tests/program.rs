@@ -232,7 +232,7 @@ fn classic_methods_run_are_tuned_and_drawn() {
     assert_eq!((&facts["method"], &facts["width"]), (&json!("gtao"), &json!(64)));
     assert!(desk.ok("classic --help").contains("thickness"));
     let gallery = desk.json("gallery frame.exr -o all.png --columns 3 --json");
-    assert_eq!(gallery["methods"].as_array().unwrap().len(), 9);
+    assert_eq!(gallery["methods"].as_array().unwrap().len(), 10);
     assert!(desk.path("all.png").exists() && desk.path("ao.exr").exists());
     desk.ok("classic arcs frame.exr -o ao.exr --shares shares.exr");
     desk.ok("classic arcs:deep frame.exr -o ao.exr --shares shares.png");
@@ -264,7 +264,7 @@ fn flicker_tells_networks_and_classic_methods_apart() {
         "flicker --width 96 --height 64 --frames 2 --spp 64 --classic ssao --classic agtao:tuned --json",
     );
     let names: Vec<_> = rows.as_array().unwrap().iter().map(|row| row["method"].as_str().unwrap()).collect();
-    assert_eq!(names, ["any_radius", "ssao", "agtao:tuned", "reference, other rays"]);
+    assert_eq!(names, ["balanced", "ssao", "agtao:tuned", "reference, other rays"]);
     let excess: Vec<_> = rows.as_array().unwrap().iter().map(|row| row["excess"].as_f64().unwrap()).collect();
     assert!(excess.iter().all(|e| *e > 0.0 && *e < 0.5) && excess[1] != excess[2], "{rows}");
     assert!(desk.fails("flicker --frames 1").contains("at least 2 frames"));
@@ -279,7 +279,7 @@ fn the_papers_tables_say_what_is_not_trained() {
         "dataset frames --procedural clutter_pile:1 --split test --frames 1 --width 48 --height 32 --spp 8",
     );
     std::fs::create_dir(desk.path("rows")).unwrap();
-    std::fs::write(desk.path("rows/ours.safetensors"), aonet::net::shipped::ANY_RADIUS).unwrap();
+    std::fs::write(desk.path("rows/ours.safetensors"), aonet::net::shipped::BALANCED).unwrap();
     let json = desk.json("paper table1 --test frames --weights rows -o out --runs 1 --threads 1 --json");
     let rows = json["table1"]["rows"].as_array().unwrap();
     let row = |key: &str| rows.iter().find(|r| r["row"] == key).unwrap();

@@ -8,7 +8,8 @@ use aonet::net::{Model, Ranges};
 use aonet_scene::Result;
 use aonet_scene::error::Error;
 
-/// Ranges of `model` on `count` training frames of the dataset, evenly spread. `progress` is called once a frame with the
+/// Ranges of `model` on `count` training frames of the dataset, evenly spread, and on the same frames without guard band and second
+/// layer. `progress` is called once a frame with the
 /// number of frames done and of all.
 ///
 /// # Errors
@@ -26,10 +27,14 @@ pub fn ranges(
     }
     let mut ranges = Ranges::new();
     for k in 0..count {
-        let (gbuffer, params, _) = read(manifest, train[k * train.len() / count])?;
-        let window = gbuffer.window();
-        let mut image = AoImage::open(window.size());
-        Session::new(model, window, threads)?.calibrate(&gbuffer, params, &mut image, &mut ranges)?;
+        let (frame, params, _) = read(manifest, train[k * train.len() / count])?;
+        let without_second = frame.clone().without_second();
+        let bare = without_second.without_margin();
+        for gbuffer in [Some(&frame), (bare != frame).then_some(&bare)].into_iter().flatten() {
+            let mut image = AoImage::open(gbuffer.window().size());
+            let mut session = Session::new(model, gbuffer.window(), threads)?;
+            session.calibrate(gbuffer, params, &mut image, &mut ranges)?;
+        }
         progress(k + 1, count);
     }
     Ok(ranges)

@@ -1,4 +1,4 @@
-//! What kinds of frames know, and how much of it searches find: exact rays beside the shares of light that a search tells.
+//! What kinds of frames know, and how much of it searches find: exact rays beside the shares of light that a search reports.
 
 use crate::dataset::{FrameEntry, Manifest};
 use aonet::search::{Classic, Options, Session, Share};
@@ -16,7 +16,7 @@ use std::path::Path;
 pub struct Ladder {
     /// Kinds of frames.
     pub kinds: Vec<Surround>,
-    /// Searches that tell shares of light, by name, each with the kind of frame that it gets.
+    /// Searches that report shares of light, by name, each with the kind of frame that it gets.
     pub searches: Vec<(String, Classic, Surround)>,
     /// Frames, evenly spread over the dataset; all if absent.
     pub frames: Option<usize>,
@@ -52,7 +52,7 @@ impl Ladder {
     /// Measures frames of a dataset whose scenes are under `scenes`; `progress` is called once a frame with the number of frames.
     ///
     /// # Errors
-    /// When a scene or a view cannot be read, a search tells no shares, or the dataset has no frame of a scene.
+    /// When a scene or a view cannot be read, a search reports no shares, or the dataset has no frame of a scene.
     pub fn climb(&self, manifest: &Manifest, scenes: &Path, progress: &dyn Fn(usize)) -> Result<Rungs> {
         let mut rungs = Rungs {
             frames: 0,
@@ -176,7 +176,7 @@ mod tests {
         let found = rungs.searches[0];
         assert!(found.correlation > 0.7 && (found.hit / found.exact - 1.0).abs() < 0.5, "{found:?}");
         let error = ladder(of("gtao")).climb(&manifest, Path::new(""), &count).unwrap_err().to_string();
-        assert!(error.contains("tells shares"), "{error}");
+        assert!(error.contains("reports shares"), "{error}");
     }
 
     #[test]

@@ -11,16 +11,13 @@ use aonet::{AoParams, GBuffer};
 /// When a value of the frame or of the search is out of range.
 pub(crate) fn network_inputs(model: &Model, gbuffer: &GBuffer, params: AoParams) -> aonet::Result<Inputs> {
     let (config, width, height) = (model.config(), gbuffer.width(), gbuffer.height());
-    let found = config.search.map(|search| search_planes(&search, gbuffer, params)).transpose()?;
+    let (mut found, mut search) = (Vec::new(), None);
+    if let Some(method) = config.search {
+        found = search_planes(&method, gbuffer, params)?;
+        search = Some(Planes::from_rows((method.planes(), height, width), &found));
+    }
     let channels = config.features.channels().len();
     let mut values = vec![0.0; channels * height * width];
-    let shown = found.as_deref().unwrap_or(&[]);
-    write_features(&config.features, gbuffer, params, shown, &mut values);
-    Ok(Inputs {
-        features: Planes { channels, height, width, values },
-        search: found.map(|rows| {
-            let planes = config.search.map_or(1, |search| search.planes());
-            Planes::from_fn((planes, height, width), |c, y, x| rows[(y * planes + c) * width + x])
-        }),
-    })
+    write_features(&config.features, gbuffer, params, &found, &mut values);
+    Ok(Inputs { features: Planes { channels, height, width, values }, search })
 }

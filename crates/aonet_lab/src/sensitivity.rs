@@ -244,13 +244,20 @@ fn change(model: &Model, sample: &Sample, still: &Planes, noise: Noise) -> f64 {
     let Noise { channel: c, sigma, crop } = noise;
     let mut random = Random::of_frame(SEED, &format!("channel {c}"), crop as u32);
     let mut inputs = sample.inputs.clone();
-    let plane = &mut inputs.features.values[c * sample.counted.len()..][..sample.counted.len()];
+    let area = sample.counted.len();
+    let plane = &mut inputs.features.values[c * area..][..area];
     for (value, _) in plane.iter_mut().zip(&sample.counted).filter(|(_, counted)| **counted) {
         *value += (NOISE * sigma) as f32 * random.normal();
     }
     // The search that the network corrects is the one that it sees.
-    if let (true, Some(found)) = (model.config().features.horizon() == Some(c), &mut inputs.search) {
-        found.values.iter_mut().zip(plane).for_each(|(found, occlusion)| *found = 1.0 - *occlusion);
+    let shown = model.config().features.channels()[c].search_plane();
+    if let Some((shown, found)) = shown.zip(inputs.search.as_mut()) {
+        let found = &mut found.values[shown * area..][..area];
+        // The first plane is a visibility, the channel an occlusion.
+        found
+            .iter_mut()
+            .zip(plane)
+            .for_each(|(to, value)| *to = if shown == 0 { 1.0 - *value } else { *value });
     }
     let moved = naive::evaluate(model, &inputs);
     let pairs = moved.values.iter().zip(&still.values).zip(&sample.counted);
@@ -275,7 +282,7 @@ mod tests {
             search: None,
             encoder: vec![1],
             decoder: vec![],
-            ..ModelConfig::any_radius()
+            ..ModelConfig::balanced()
         };
         let graph = Graph::new(&config).unwrap();
         let mut tensors = Weights::init(&graph, 1).tensors().clone();

@@ -68,7 +68,8 @@ fn models() -> Vec<(&'static str, Model)> {
     let middle = Features::normal().with(Channel::HorizonOcclusion).with(Channel::ProjectedRadius);
     let full_kernels = |weights| ModelConfig { kernel: weights, ..ModelConfig::full_resolution() };
     vec![
-        ("any_radius", Model::from_bytes(shipped::ANY_RADIUS).unwrap()),
+        ("balanced", Model::from_bytes(shipped::BALANCED).unwrap()),
+        ("high", Model::from_bytes(shipped::HIGH).unwrap()),
         ("paper", Model::from_bytes(shipped::PAPER).unwrap()),
         ("deep_ao", trained("deep_ao")),
         ("deep_shading", trained("deep_shading")),

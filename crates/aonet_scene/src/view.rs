@@ -41,6 +41,29 @@ pub struct View {
     pub separation: Option<f32>,
 }
 
+/// The fields of a [`View`] in JSON.
+const FIELDS: [&str; 12] = [
+    "eye",
+    "target",
+    "up",
+    "fov_y_deg",
+    "ortho_height",
+    "width",
+    "height",
+    "near",
+    "far",
+    "radius",
+    "margin",
+    "separation",
+];
+
+/// Fields of a view file that say nothing about the camera: they are not read.
+pub const NOTES: [&str; 4] = ["name", "glb", "scene", "comment"];
+
+fn is_known(field: &str) -> bool {
+    FIELDS.contains(&field) || NOTES.contains(&field)
+}
+
 /// What frames show besides the visible surfaces of the picture.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Surround {
@@ -109,14 +132,20 @@ mod far_or_infinite {
 }
 
 impl View {
-    /// Reads a view from a JSON file; unknown fields are ignored.
+    /// Reads a view from a JSON file. Besides the fields of a view it may have [`NOTES`].
     ///
     /// # Errors
-    /// When the file cannot be read, is no such JSON, or holds a camera or radius out of range.
+    /// When the file cannot be read, is no such JSON, has a field of another name, or holds a camera or radius out of range.
     pub fn load(path: &Path) -> Result<Self> {
         let text = std::fs::read(path).map_err(Error::io(path))?;
-        let view: Self = serde_json::from_slice(&text)
-            .map_err(|e| Error::file(path, "a view (JSON with eye, target, width, height, radius)", e))?;
+        let wrong = |e| Error::file(path, "a view (JSON with eye, target, width, height, radius)", e);
+        let json: serde_json::Value = serde_json::from_slice(&text).map_err(wrong)?;
+        let other = json.as_object().and_then(|fields| fields.keys().find(|name| !is_known(name)).cloned());
+        if let Some(name) = other {
+            let expected = format!("fields of a view: {}; or notes: {}", FIELDS.join(", "), NOTES.join(", "));
+            return Err(Error::file(path, expected, format!("`{name}`")));
+        }
+        let view: Self = serde_json::from_value(json).map_err(wrong)?;
         view.camera().map_err(Error::in_file(path))?;
         view.params().map_err(Error::in_file(path))?;
         view.margin_px().map_err(Error::in_file(path))?;

@@ -33,10 +33,16 @@ fn networks_give_the_cpus_image_of_the_same_buffer() {
     let Some(device) = device() else { return };
     let (tracer, view) = proposed(Kind::FurnishedRoom, Size::px(130, 70));
     let mut renderer = renderer(&device, tracer.scene(), Size::px(130, 70));
-    let frame = FrameParams { methods: [Method::Network, Method::Paper], split: 0.5, ..frame(&view) };
-    draw(&device, &mut renderer, &frame);
-    let gbuffer = readback::drawn(&renderer, &frame.camera).unwrap().gbuffer;
-    for (method, bytes) in [(Method::Network, shipped::ANY_RADIUS), (Method::Paper, shipped::PAPER)] {
+    let networks = [
+        (Method::Fast, shipped::FAST),
+        (Method::Balanced, shipped::BALANCED),
+        (Method::High, shipped::HIGH),
+        (Method::Paper, shipped::PAPER),
+    ];
+    for (method, bytes) in networks {
+        let frame = FrameParams { methods: [method; 2], ..frame(&view) };
+        draw(&device, &mut renderer, &frame);
+        let gbuffer = readback::drawn(&renderer, &frame.camera).unwrap().gbuffer;
         let model = Model::from_bytes(bytes).unwrap();
         let mut expected = AoImage::open(Size::px(130, 70));
         cpu::Session::new(&model, Size::px(130, 70), 2)
@@ -71,9 +77,9 @@ fn the_slider_stands_between_the_methods() {
         draw(&device, &mut renderer, &FrameParams { methods, split, show: Show::Visibility, ..frame(&view) });
         readback::picture(&renderer).unwrap()
     };
-    let network = picture([Method::Network, Method::Off], 1.0);
-    let both = picture([Method::Network, Method::Off], 0.5);
-    let swapped = picture([Method::Off, Method::Network], 0.0);
+    let network = picture([Method::Balanced, Method::Off], 1.0);
+    let both = picture([Method::Balanced, Method::Off], 0.5);
+    let swapped = picture([Method::Off, Method::Balanced], 0.0);
     assert_eq!(network, swapped);
     assert_eq!(columns(&both, 96, 0..48), columns(&network, 96, 0..48));
     assert!(columns(&both, 96, 49..96).iter().all(|v| *v == 255));
@@ -91,7 +97,7 @@ fn tiny_and_changing_sizes() {
         let view = aonet_scene::View { width, height, ..view.clone() };
         // The last pair is in use when the size changes.
         let alone = Method::ALL.map(|method| [method, Method::Off]);
-        for methods in alone.into_iter().chain([[Method::Network, Method::Gtao]]) {
+        for methods in alone.into_iter().chain([[Method::Balanced, Method::Gtao]]) {
             draw(&device, &mut renderer, &FrameParams { methods, split: 0.5, ..frame(&view) });
         }
         assert_eq!(readback::picture(&renderer).unwrap().len(), 4 * width * height);
@@ -99,8 +105,8 @@ fn tiny_and_changing_sizes() {
     let again = readback::picture(&renderer).unwrap();
     let mut fresh = common::renderer(&device, tracer.scene(), Size::px(96, 54));
     let view = aonet_scene::View { width: 96, height: 54, ..view };
-    draw(&device, &mut fresh, &FrameParams { methods: [Method::Network; 2], ..frame(&view) });
-    draw(&device, &mut renderer, &FrameParams { methods: [Method::Network; 2], ..frame(&view) });
+    draw(&device, &mut fresh, &FrameParams { methods: [Method::Balanced; 2], ..frame(&view) });
+    draw(&device, &mut renderer, &FrameParams { methods: [Method::Balanced; 2], ..frame(&view) });
     assert_eq!(readback::picture(&renderer).unwrap(), readback::picture(&fresh).unwrap());
     assert_ne!(again, readback::picture(&fresh).unwrap());
 }
@@ -187,18 +193,18 @@ fn methods_run_on_the_guard_band_as_on_a_cpu() {
     let (tracer, view) = proposed(Kind::FurnishedRoom, Size::px(130, 70));
     let view = view.surrounded(Surround { margin: 0.2, separation: Some(0.1) });
     let mut renderer = renderer(&device, tracer.scene(), window(&view));
-    let frame = FrameParams { methods: [Method::Network, Method::Gtao], split: 0.5, ..frame(&view) };
+    let frame = FrameParams { methods: [Method::Balanced, Method::Gtao], split: 0.5, ..frame(&view) };
     draw(&device, &mut renderer, &frame);
     let gbuffer = readback::drawn(&renderer, &frame.camera).unwrap().gbuffer;
     assert_eq!((gbuffer.window(), renderer.size()), (window(&view), Size::px(130, 70)));
-    let model = Model::from_bytes(shipped::ANY_RADIUS).unwrap();
+    let model = Model::from_bytes(shipped::BALANCED).unwrap();
     let cpu = |gbuffer: &GBuffer| {
         let mut image = AoImage::open(Size::px(130, 70));
         let mut session = cpu::Session::new(&model, gbuffer.window(), 2).unwrap();
         session.run(gbuffer, frame.params, &mut image).unwrap();
         image
     };
-    let found = readback::visibility(&renderer, Method::Network).unwrap();
+    let found = readback::visibility(&renderer, Method::Balanced).unwrap();
     let (mean, _) = differences(&found, &cpu(&gbuffer));
     let (without, _) = differences(&found, &cpu(&gbuffer.without_margin()));
     eprintln!("network with a guard band: mean {mean:e}, beside one without {without:e}");

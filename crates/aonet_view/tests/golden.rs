@@ -58,12 +58,13 @@ fn pictures_look_as_they_did() {
     let split = |first, second| FrameParams { methods: [first, second], split: 0.5, ..plain };
     for (name, frame) in [
         ("shaded", plain),
-        ("split", split(Method::Off, Method::Network)),
-        ("visibility", FrameParams { show: Show::Visibility, ..split(Method::Network, Method::Paper) }),
+        ("split", split(Method::Off, Method::Balanced)),
+        ("visibility", FrameParams { show: Show::Visibility, ..split(Method::Balanced, Method::Paper) }),
         ("classic", FrameParams { show: Show::Visibility, ..split(Method::Gtao, Method::Vbao) }),
-        ("error", FrameParams { show: Show::Error, samples: 16, ..split(Method::Network, Method::Ssao) }),
+        ("error", FrameParams { show: Show::Error, samples: 16, ..split(Method::Balanced, Method::Ssao) }),
         ("normals", FrameParams { show: Show::Normals, ..plain }),
         ("second", FrameParams { show: Show::Second, ..plain }),
+        ("shares", FrameParams { show: Show::Shares, separation: Some(0.1), ..plain }),
     ] {
         draw(&device, &mut renderer, &frame);
         check(name, &readback::image(&renderer).unwrap());

@@ -90,24 +90,14 @@ impl<'a> GBuffer<'a> {
     /// The picture without its guard band; without one nothing is copied.
     pub fn without_margin(&self) -> GBuffer<'_> {
         let (window, margin) = (self.window, self.window.margin());
-        let depth = |depth: &'_ [f32]| -> Cow<'_, [f32]> { window.cropped(depth.to_vec()).into() };
-        let normal =
-            |normal: &'_ [[f32; 3]]| -> Cow<'_, [[f32; 3]]> { window.cropped(normal.to_vec()).into() };
-        if !window.has_margin() {
-            let frame = GBuffer::of_checked(self.camera, (&*self.depth).into(), (&*self.normal).into());
-            let second = self.second.as_ref().map(|second| SecondLayer {
-                depth: (&*second.depth).into(),
-                normal: second.normal.as_ref().map(|normal| (&**normal).into()),
-            });
-            return GBuffer { second, ..frame };
-        }
         let [x, y] = [margin.x, margin.y].map(|m| m as isize);
         let camera = self.camera.tile(x, y, window.size()).expect("the camera of a part of a checked buffer");
         let second = self.second.as_ref().map(|second| SecondLayer {
-            depth: depth(&second.depth),
-            normal: second.normal.as_deref().map(normal),
+            depth: picture(window, &second.depth),
+            normal: second.normal.as_deref().map(|normal| picture(window, normal)),
         });
-        GBuffer { second, ..GBuffer::of_checked(camera, depth(&self.depth), normal(&self.normal)) }
+        let frame = GBuffer::of_checked(camera, picture(window, &self.depth), picture(window, &self.normal));
+        GBuffer { second, ..frame }
     }
 
     /// The same frame with pixels of its own.
@@ -169,6 +159,14 @@ impl<'a> GBuffer<'a> {
     /// Whether pixel `i` (row-major, the guard band included) shows geometry.
     pub fn is_foreground(&self, i: usize) -> bool {
         self.depth[i] != f32::INFINITY
+    }
+}
+
+/// Pixels of the picture in a layer of the buffer; they are copied only if there is a guard band.
+fn picture<T: Copy>(window: Window, layer: &[T]) -> Cow<'_, [T]> {
+    match window.has_margin() {
+        true => window.cropped(layer.to_vec()).into(),
+        false => layer.into(),
     }
 }
 

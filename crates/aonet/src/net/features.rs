@@ -40,7 +40,7 @@ pub fn write_features(
 }
 
 /// What a search finds on a frame, its guard band included, as a session's search finds it: row by row the visibility and then each
-/// share that it tells, W values each.
+/// share that it reports, W values each.
 ///
 /// # Errors
 /// When a parameter is out of its range.

@@ -33,7 +33,7 @@ impl Activation {
 /// One operation. Tensors are CxHxW, row-major; images repeat their edge beyond the border.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Op {
-    /// A classic method on the frame, with its filter: HxW visibility, 1 on the background, and after it each share that it tells.
+    /// A classic method on the frame, with its filter: HxW visibility, 1 on the background, and after it each share that it reports.
     Search {
         /// The method and its parameters.
         search: SearchConfig,
@@ -226,8 +226,8 @@ impl Graph {
         self.params().iter().map(|p| p.shape.iter().product::<usize>()).sum()
     }
 
-    /// Multiply-accumulates per input pixel: those of convolutions, kernels and weights of shares. A search has none; it is counted where it
-    /// is timed.
+    /// Multiply-accumulates per input pixel: those of convolutions, kernels and weights of shares. A search has none; it is counted
+    /// where it is timed.
     pub fn macs_per_pixel(&self) -> f64 {
         self.nodes.iter().map(|node| self.node_macs(node)).sum()
     }

@@ -219,7 +219,7 @@ mod tests {
     use super::*;
 
     fn model() -> Model {
-        let config = ModelConfig { encoder: vec![4, 6], decoder: vec![5], ..ModelConfig::any_radius() };
+        let config = ModelConfig { encoder: vec![4, 6], decoder: vec![5], ..ModelConfig::balanced() };
         let weights = Weights::init(&Graph::new(&config).unwrap(), 7);
         let facts = TrainingFacts { steps: 3, mean_visibility: Some(0.75), ..TrainingFacts::default() };
         Model::new(config, weights, facts).unwrap()
@@ -267,7 +267,7 @@ mod tests {
 
     #[test]
     fn files_of_version_1_load_as_the_same_model() {
-        let bytes = crate::net::shipped::ANY_RADIUS;
+        let bytes = crate::net::shipped::BALANCED;
         let old = Model::from_bytes(&in_version_1(bytes)).unwrap();
         assert_eq!(old, Model::from_bytes(bytes).unwrap());
         assert!(old.config().search.is_some());

@@ -48,7 +48,7 @@ impl<'a> Filter<'a> {
             match self.count {
                 1 => isa.run_on_pixels(Row::<1> { filter: self, y, lines }),
                 PLANES => isa.run_on_pixels(Row::<PLANES> { filter: self, y, lines }),
-                count => unreachable!("a search tells 1 or {PLANES} numbers of a pixel, not {count}"),
+                count => unreachable!("a search reports 1 or {PLANES} values for a pixel, not {count}"),
             }
         }
     }

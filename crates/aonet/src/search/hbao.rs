@@ -2,7 +2,7 @@
 // Bavoil, Sainz, Dimitrov 2008, Image-Space Horizon-Based Ambient Occlusion: the sine of the horizon's angle minus that
 // of the tangent, with an angle bias and an attenuation 1 - (r/R)². Where ours differs: directions come in opposite
 // pairs (a slice through the viewer), angles are measured from the viewer's plane of every pixel instead of the image
-// plane's, and the noise is 64x64 instead of 4x4.
+// plane's, and the noise is 5x5 instead of 4x4.
 
 use super::PixelMethod;
 use super::gtao::{power, taper};

@@ -296,7 +296,7 @@ trait PixelMethod: Sync {
     fn visibility<S: Simd>(&self, p: &Pixels<S>, at: (usize, usize)) -> F<S>;
 }
 
-/// The same for a method that tells several numbers of a pixel: every other method tells its visibility.
+/// The same for a method that reports several values for a pixel; every other method reports its visibility.
 trait PixelShares<const N: usize>: Sync {
     /// The numbers of the pixels from (`x`, `y`) on.
     fn shares<S: Simd>(&self, p: &Pixels<S>, at: (usize, usize)) -> [F<S>; N];

@@ -7,7 +7,7 @@ use super::PixelMethod;
 use super::gtao::power;
 use super::nnao_taps::{INPUTS, NnaoParams, Spiral};
 use super::nnao_weights::{HIDDEN, NnaoWeights, Standard, Unit};
-use super::noise::{TILE, noise_row};
+use super::noise::{COLUMNS, SIDE, noise_row};
 use super::screen::{Pixels, Screen};
 use crate::simd::lanes::F;
 use crate::simd::{MAX_LANES, Simd};
@@ -15,7 +15,7 @@ use crate::simd::{MAX_LANES, Simd};
 /// Rotations of the spiral.
 const ROTATIONS: usize = 64;
 /// Longest vectors in a row of the noise's tile.
-const BLOCKS: usize = TILE / MAX_LANES;
+const BLOCKS: usize = COLUMNS / MAX_LANES;
 
 /// A tap of as many neighbouring pixels as the longest vector has lanes: its place by axis, and its filter by weight.
 #[derive(Debug, Clone, Copy)]
@@ -37,7 +37,7 @@ impl Taps {
             .map(|(r, i)| tap(r, i))
             .collect();
         let none = Self { place: Default::default(), filter: Default::default() };
-        let mut taps = vec![none; BLOCKS * TILE * samples];
+        let mut taps = vec![none; BLOCKS * SIDE * samples];
         for (block, taps) in taps.chunks_mut(samples).enumerate() {
             let turns = &noise_row(block / BLOCKS)[block % BLOCKS * MAX_LANES..];
             for lane in 0..MAX_LANES {
@@ -76,7 +76,7 @@ impl PixelMethod for Nnao<'_> {
     #[inline(always)]
     fn visibility<S: Simd>(&self, p: &Pixels<S>, (x, y): (usize, usize)) -> F<S> {
         let simd = p.x.simd();
-        let block = y % TILE * BLOCKS + x / MAX_LANES % BLOCKS;
+        let block = y % SIDE * BLOCKS + x / MAX_LANES % BLOCKS;
         let lane = x % MAX_LANES;
         let samples = self.params.samples as usize;
         let Standard { mean, scale } = self.weights.standard();

@@ -1,66 +1,60 @@
-//! Numbers in [0, 1) for every pixel of a 64x64 tile, spread evenly over any neighbourhood.
+//! Two numbers in (0, 1) for every pixel: a pattern that repeats every 5 pixels, as wide as the filter that removes it.
+// A rank-1 lattice on the screen, and another one of the pairs of numbers. Sequences without a period, such as R2 along a
+// Hilbert curve (XeGTAO), leave noise in a filter of 5x5 pixels: a window of theirs holds other numbers than the next one.
 
 use crate::simd::lanes::F;
 use crate::simd::{MAX_LANES, Simd};
 
-/// Side of the tile (px).
-pub(crate) const TILE: usize = 64;
+/// Side of the pattern (px).
+pub(crate) const SIDE: usize = 5;
+/// Different numbers: all of them lie in every window of 5x5 pixels.
+pub(crate) const COUNT: usize = SIDE * SIDE;
+/// Steps of the first number from a pixel to the next one, to the right and down, in units of 1 / [`COUNT`].
+pub(crate) const STEPS: [usize; 2] = [10, 7];
+/// The second number's index is that of the first one times this.
+pub(crate) const FACTOR: usize = 4;
+/// The first number, in units of 1 / [`COUNT`]. With 1/2, 1/3 and so on, slices would lie at 30 degrees, where taps at whole distances fall
+/// exactly between two pixels, and processors would choose different ones.
+pub(crate) const OFFSET: f32 = 0.4;
+/// Pixels after which rows of the pattern and whole vectors begin again.
+pub(crate) const COLUMNS: usize = SIDE * MAX_LANES;
 
-/// Two numbers a pixel; rows go on where they begin, so that all that start in the tile are whole.
-// Index of the pixel along a Hilbert curve (Hilbert 1891) into the R2 sequence (Roberts 2018): what XeGTAO uses.
-static NOISE: [[[f32; TILE + MAX_LANES]; TILE]; 2] = {
-    let mut values = [[[0.0; TILE + MAX_LANES]; TILE]; 2];
-    let mut i = 0;
-    while i < TILE * TILE {
-        let (x, y) = (i % TILE, i / TILE);
-        [values[0][y][x], values[1][y][x]] = r2(hilbert_index(x, y) as f64);
-        if x < MAX_LANES {
-            [values[0][y][x + TILE], values[1][y][x + TILE]] = [values[0][y][x], values[1][y][x]];
+/// Rows are long enough for a vector to begin anywhere in them.
+static NOISE: [[[f32; COLUMNS + MAX_LANES]; SIDE]; 2] = {
+    let mut values = [[[0.0; COLUMNS + MAX_LANES]; SIDE]; 2];
+    let mut y = 0;
+    while y < SIDE {
+        let mut x = 0;
+        while x < COLUMNS + MAX_LANES {
+            let index = (STEPS[0] * x + STEPS[1] * y) % COUNT;
+            values[0][y][x] = number(index);
+            values[1][y][x] = number(index * FACTOR % COUNT);
+            x += 1;
         }
-        i += 1;
+        y += 1;
     }
     values
 };
 
+const fn number(index: usize) -> f32 {
+    (index as f32 + OFFSET) / COUNT as f32
+}
+
 /// The numbers of the pixels from (`x`, `y`) on.
 #[inline(always)]
 pub(crate) fn noise_at<S: Simd>(simd: S, x: usize, y: usize) -> [F<S>; 2] {
-    let row = |which: usize| &NOISE[which][y % TILE][x % TILE..];
+    let row = |which: usize| &NOISE[which][y % SIDE][x % COLUMNS..];
     [F::load(simd, row(0)), F::load(simd, row(1))]
 }
 
 /// The numbers of one pixel.
 pub(crate) fn noise_of(x: usize, y: usize) -> [f32; 2] {
-    [0, 1].map(|which| NOISE[which][y % TILE][x % TILE])
+    [0, 1].map(|which| NOISE[which][y % SIDE][x % COLUMNS])
 }
 
-/// The first of them for a whole row of the tile.
+/// The first of them for [`COLUMNS`] pixels of a row.
 pub(crate) fn noise_row(y: usize) -> &'static [f32] {
-    &NOISE[0][y % TILE][..TILE]
-}
-
-/// Element `n` of the R2 sequence: multiples of 1 over the plastic number and of its square, from 0.5.
-const fn r2(n: f64) -> [f32; 2] {
-    const PLASTIC: f64 = 1.324_717_957_244_746;
-    let (a, b) = (0.5 + n / PLASTIC, 0.5 + n / (PLASTIC * PLASTIC));
-    [(a - a as u64 as f64) as f32, (b - b as u64 as f64) as f32]
-}
-
-/// Place of (x, y) along the Hilbert curve through the tile.
-const fn hilbert_index(mut x: usize, mut y: usize) -> usize {
-    let (mut index, mut side) = (0, TILE / 2);
-    while side > 0 {
-        let (right, down) = ((x & side > 0) as usize, (y & side > 0) as usize);
-        index += side * side * ((3 * right) ^ down);
-        if down == 0 {
-            if right == 1 {
-                (x, y) = (TILE - 1 - x, TILE - 1 - y);
-            }
-            (x, y) = (y, x);
-        }
-        side /= 2;
-    }
-    index
+    &NOISE[0][y % SIDE][..COLUMNS]
 }
 
 #[cfg(test)]
@@ -68,28 +62,25 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_curve_visits_every_pixel_once_and_steps_to_a_neighbour() {
-        let mut place = vec![None; TILE * TILE];
-        for i in 0..TILE * TILE {
-            let n = hilbert_index(i % TILE, i / TILE);
-            assert!(place[n].replace((i % TILE, i / TILE)).is_none(), "{n} twice");
-        }
-        for pair in place.windows(2) {
-            let (a, b) = (pair[0].unwrap(), pair[1].unwrap());
-            assert_eq!(a.0.abs_diff(b.0) + a.1.abs_diff(b.1), 1, "{a:?} {b:?}");
+    fn every_window_of_the_filter_holds_every_number_once() {
+        let every: Vec<f32> = (0..COUNT).map(number).collect();
+        for (x, y) in [(0, 0), (3, 1), (COLUMNS - 2, 4), (641, 359)] {
+            for which in [0, 1] {
+                let mut window: Vec<f32> =
+                    (0..COUNT).map(|i| noise_of(x + i % SIDE, y + i / SIDE)[which]).collect();
+                window.sort_by(f32::total_cmp);
+                assert_eq!(window, every, "{which} at ({x}, {y})");
+            }
         }
     }
 
     #[test]
-    fn every_neighbourhood_has_all_of_the_range() {
-        for (x, y) in [(0, 0), (16, 40), (52, 8)] {
-            for values in &NOISE {
-                let mut cells = [0; 4];
-                for row in &values[y..y + 4] {
-                    row[x..x + 4].iter().for_each(|v| cells[(v * 4.0) as usize] += 1);
-                }
-                assert!(cells.iter().all(|c| (2..=6).contains(c)), "{cells:?}");
-            }
+    fn pairs_of_numbers_are_spread_over_the_square() {
+        for cell in 0..9 {
+            let inside = |v: f32, third: usize| (v * 3.0) as usize == third;
+            let pairs = (0..COUNT).map(|i| noise_of(i % SIDE, i / SIDE));
+            let count = pairs.filter(|[a, b]| inside(*a, cell / 3) && inside(*b, cell % 3)).count();
+            assert!((2..=4).contains(&count), "{count} of 25 pairs in cell {cell}");
         }
     }
 }

@@ -148,11 +148,11 @@ impl Session {
     /// Returns what the method knows of the light of a frame's picture, before it weighs and filters it.
     ///
     /// # Errors
-    /// When the frame has another size or margin than the session, or the method is not connected arcs: no other one tells shares.
+    /// When the frame has another size or margin than the session, or the method is not connected arcs: no other one reports shares.
     pub fn shares(&mut self, gbuffer: &GBuffer, params: AoParams) -> Result<Shares> {
         self.memory.check(gbuffer)?;
         let Prepared::Arcs(p, surfels, shares) = &mut self.method else {
-            return Err(Error::value("method that tells shares", "arcs", "another one"));
+            return Err(Error::value("method that reports shares", "arcs", "another one"));
         };
         let (memory, screen) = (&mut self.memory, &Screen::new(gbuffer, params));
         surfels.fill(screen, &mut memory.workers);
@@ -229,7 +229,7 @@ impl Memory {
     }
 }
 
-/// Writes the numbers that a method tells of each pixel: row by row, number by number.
+/// Writes the values that a method reports for each pixel: row by row, value by value.
 fn find<const N: usize>(
     workers: &mut Workers,
     isa: Isa,

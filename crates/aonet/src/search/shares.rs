@@ -7,10 +7,10 @@ use crate::frame::size::Size;
 pub(crate) const GAPS: [f32; 3] = [0.1, 0.3, 4.0];
 /// Number of shares: hit, hidden by less than each of [`GAPS`] but not by less than the one before, and off. The rest is open.
 pub(crate) const SHARES: usize = GAPS.len() + 2;
-/// What a search that tells shares writes for a pixel: the visibility, then the shares.
+/// What a search that reports shares writes for a pixel: the visibility, then the shares.
 pub(crate) const PLANES: usize = SHARES + 1;
 
-/// What becomes of light that comes to a pixel from within the AO radius, as far as a G-buffer tells.
+/// What becomes of light that comes to a pixel from within the AO radius, as far as a G-buffer shows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Share {
     /// It meets nothing, and passes behind nothing that is seen.
@@ -32,9 +32,22 @@ impl Share {
     pub const ALL: [Self; PLANES] =
         [Self::Open, Self::Hit, Self::HiddenClose, Self::HiddenMiddle, Self::HiddenDeep, Self::Off];
 
-    /// Which plane of a search that tells shares holds it; the visibility stands where the open share, the rest, would.
+    /// Which plane of a search that reports shares holds it; the visibility stands where the open share, the rest, would.
     pub(crate) const fn search_plane(self) -> usize {
         self as usize
+    }
+
+    /// Its colour in pictures that mix all of them (sRGB): open is white, hit black, hidden orange (close) to yellow (deep), off blue.
+    // Okabe and Ito 2008: also for people who see fewer colours.
+    pub const fn colour(self) -> [u8; 3] {
+        match self {
+            Self::Open => [255; 3],
+            Self::Hit => [0; 3],
+            Self::HiddenClose => [213, 94, 0],
+            Self::HiddenMiddle => [230, 159, 0],
+            Self::HiddenDeep => [240, 228, 66],
+            Self::Off => [0, 114, 178],
+        }
     }
 
     /// Its name as a channel of a file.

@@ -1,7 +1,7 @@
 //! SSAO: points around the pixel that are behind what the depth buffer shows count as occluded.
 // Mittring 2007, Finding Next Gen: CryEngine 2, §8.5.4.3: points in a sphere. With `hemisphere`, points about the normal,
 // as the technique is usually written today (Shanmugam and Arikan 2007 took the normal in first). Where ours differs:
-// the points are a low-discrepancy set turned by 64x64 noise instead of a 4x4 texture, the filter is edge-aware, and the
+// the points are a low-discrepancy set turned by 5x5 noise instead of a 4x4 texture, the filter is edge-aware, and the
 // sphere's visibility is doubled, so that an open wall, half of whose sphere is inside it, is 1.
 
 use super::PixelMethod;

@@ -1,7 +1,7 @@
 //! The occlusion term of SSDO: hemisphere samples put back onto the depth buffer.
 // Ritschel, Grosch, Seidel 2009, Approximating Dynamic Global Illumination in Image Space, §3.1: a sample at a random
 // distance along a direction is occluded if it lies behind the surface that its pixel shows. Where ours differs: the
-// directions are distributed by the cosine instead of being weighted by it, turned by 64x64 noise, and `depth_limit`
+// directions are distributed by the cosine instead of being weighted by it, turned by 5x5 noise, and `depth_limit`
 // takes back occluders that are too far in front, which the paper leaves to depth peeling.
 
 use super::PixelMethod;

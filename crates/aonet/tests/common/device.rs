@@ -100,10 +100,32 @@ pub(crate) fn target(device: &Device, size: Size, format: wgpu::TextureFormat) -
     texture(device, size, format, usage).create_view(&Default::default())
 }
 
-/// Submits what was encoded and reads a target back.
+/// Submits what was encoded and reads a target of one channel back.
 pub(crate) fn read(device: &Device, encoder: wgpu::CommandEncoder, target: &wgpu::TextureView) -> AoImage {
-    let (texture, mut encoder) = (target.texture(), encoder);
-    let size = Size::px(texture.width() as usize, texture.height() as usize);
+    let size = size_of(target.texture());
+    let texels = read_texels(device, encoder, target);
+    let value = |texel: &[u8]| match *texel {
+        [v] => f32::from(v) / 255.0,
+        [a, b] => half::f16::from_le_bytes([a, b]).to_f32(),
+        [a, b, c, d] => f32::from_le_bytes([a, b, c, d]),
+        _ => panic!("one channel"),
+    };
+    let values = texels.chunks_exact(texels.len() / size.pixels()).map(value);
+    AoImage::new(size, values.collect()).unwrap()
+}
+
+fn size_of(texture: &wgpu::Texture) -> Size {
+    Size::px(texture.width() as usize, texture.height() as usize)
+}
+
+/// Submits what was encoded and reads the bytes of a target back.
+pub(crate) fn read_texels(
+    device: &Device,
+    mut encoder: wgpu::CommandEncoder,
+    target: &wgpu::TextureView,
+) -> Vec<u8> {
+    let texture = target.texture();
+    let size = size_of(texture);
     let texel_bytes = texture.format().block_copy_size(None).unwrap() as usize;
     let row_bytes = (size.width() * texel_bytes).next_multiple_of(256);
     let back = device.device.create_buffer(&wgpu::BufferDescriptor {
@@ -123,16 +145,7 @@ pub(crate) fn read(device: &Device, encoder: wgpu::CommandEncoder, target: &wgpu
     back.map_async(wgpu::MapMode::Read, .., Result::unwrap);
     device.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
     let bytes = back.get_mapped_range(..).unwrap();
-    let values = bytes
-        .chunks_exact(row_bytes)
-        .flat_map(|row| row[..size.width() * texel_bytes].chunks_exact(texel_bytes));
-    let value = |texel: &[u8]| match *texel {
-        [v] => f32::from(v) / 255.0,
-        [a, b] => half::f16::from_le_bytes([a, b]).to_f32(),
-        [a, b, c, d] => f32::from_le_bytes([a, b, c, d]),
-        _ => panic!("one channel"),
-    };
-    AoImage::new(size, values.map(value).collect()).unwrap()
+    bytes.chunks_exact(row_bytes).flat_map(|row| row[..size.width() * texel_bytes].iter().copied()).collect()
 }
 
 /// A size that is too large for the textures of the device, unless the device has textures of every size.

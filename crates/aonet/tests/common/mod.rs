@@ -167,9 +167,8 @@ pub(crate) fn seeing(features: Features) -> ModelConfig {
 /// is no matter of the network. `oracle.rs` compares the searches.
 pub(crate) fn oracle(model: &Model, gbuffer: &GBuffer, params: AoParams) -> AoImage {
     let found = model.config().search.map(|search| {
-        let (rows, planes, width) =
-            (search_planes(&search, gbuffer, params).unwrap(), search.planes(), gbuffer.width());
-        Planes::from_fn((planes, gbuffer.height(), width), |c, y, x| rows[(y * planes + c) * width + x])
+        let rows = search_planes(&search, gbuffer, params).unwrap();
+        Planes::from_rows((search.planes(), gbuffer.height(), gbuffer.width()), &rows)
     });
     naive::run_with_search(model, gbuffer, params, found.as_ref()).unwrap()
 }

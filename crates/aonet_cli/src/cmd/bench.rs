@@ -49,7 +49,7 @@ pub(crate) struct Args {
     /// Configuration of a model or of a training run: a network with random weights; may be repeated.
     #[arg(long, value_name = "C.json")]
     config: Vec<PathBuf>,
-    /// Classic method, or `all`; may be repeated.
+    /// Classic method, `all` or `all:tuned`; may be repeated.
     #[arg(long, value_name = "METHOD")]
     classic: Vec<String>,
     /// `all`: every classic method, and every network of the project with a configuration of its own.

@@ -21,9 +21,9 @@ use std::path::PathBuf;
 pub(crate) struct Args {
     /// Dataset folder or manifest.
     dataset: PathBuf,
-    /// Network; the shipped one that serves any radius if absent.
-    #[arg(long, value_name = "M.safetensors")]
-    model: Option<PathBuf>,
+    /// Network: fast, balanced, high, paper, or a file.
+    #[arg(long, value_name = "MODEL", default_value = "balanced")]
+    model: PathBuf,
     /// Training frames to look at, evenly spread.
     #[arg(long, default_value_t = 64)]
     frames: usize,
@@ -37,7 +37,7 @@ pub(crate) struct Args {
 
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<()> {
-    let model = setup::model(args.model.as_deref())?;
+    let model = setup::model(Some(&args.model))?;
     let manifest = Manifest::load(&args.dataset)?;
     let bar = ProgressBar::new(0);
     let progress = |done: usize, total: usize| {

@@ -2,8 +2,7 @@
 
 use crate::device::Device;
 use crate::frame_args::{FrameArgs, Run};
-use crate::output::{Style, table};
-use crate::setup;
+use crate::{output, setup};
 use anyhow::{Context, Result};
 use aonet::search::{Classic, Options, ParameterValue, Session};
 use aonet::{AoImage, AoParams, GBuffer};
@@ -44,15 +43,20 @@ const EXAMPLES: &str = "Examples:
   aonet classic arcs:deep frame.exr -o ao.exr --shares shares.png
   aonet classic vbao frame.exr -o ao.exr --preset tuned.json";
 
+/// Width of the parameters' list.
+const HELP_COLUMNS: usize = 100;
+
 /// The examples and every method's parameters.
 fn long_help() -> String {
-    let row = |k: ParameterValue| {
-        vec![k.name.into(), k.value.to_string(), format!("{} to {}", k.low, k.high), k.doc.into()]
+    let lines = |k: ParameterValue| {
+        let facts = format!("  {:<15}{:<8}{:<15}", k.name, k.value, format!("{} to {}", k.low, k.high));
+        let indent = " ".repeat(facts.len());
+        let text = output::wrapped(k.doc, HELP_COLUMNS - facts.len()).join(&format!("\n{indent}"));
+        format!("{facts}{text}\n")
     };
     let of = |method: Classic| {
-        let rows: Vec<_> = method.parameters().into_iter().map(row).collect();
-        let header = [method.name(), "default", "range", "what it does"];
-        table(&header, &rows, Style::Text)
+        let rows: String = method.parameters().into_iter().map(lines).collect();
+        format!("{:<17}{:<8}{:<15}what it does\n{rows}", method.name(), "default", "range")
     };
     let tables: Vec<_> = Classic::all().into_iter().map(of).collect();
     format!("{EXAMPLES}\n\nParameters:\n\n{}", tables.join("\n"))

@@ -25,10 +25,10 @@ use std::path::PathBuf;
 pub(crate) struct Args {
     /// Dataset folder or manifest.
     dataset: PathBuf,
-    /// Network; may be repeated. The shipped one that serves any radius if absent.
-    #[arg(long, value_name = "M.safetensors")]
+    /// Network: fast, balanced, high, paper, or a file; may be repeated [default: balanced].
+    #[arg(long, value_name = "MODEL")]
     model: Vec<PathBuf>,
-    /// Classic method: a name, a preset of `aonet tune` (.json), or `all`; may be repeated.
+    /// Classic method: a name, a preset of `aonet tune` (.json), `all` or `all:tuned`; may be repeated.
     #[arg(long, value_name = "METHOD")]
     classic: Vec<String>,
     /// Split to score.
@@ -56,7 +56,8 @@ pub(crate) struct Args {
     /// Threads of the networks [default: all cores].
     #[arg(long)]
     threads: Option<usize>,
-    /// Also report where each method errs: at depth edges, around thin things, at the border, on open surfaces, by radius.
+    /// Also report where each method errs: at depth edges, around thin things, at the border, on open surfaces, by radius; and the
+    /// grain of smooth surfaces: how much means of 3x3 pixels vary within 9x9 pixels, beside the reference.
     #[arg(long)]
     breakdown: bool,
     /// Also print one table for each scene.
@@ -71,6 +72,9 @@ pub(crate) struct Args {
     /// Also write what is printed to a file.
     #[arg(short, long)]
     output: Option<PathBuf>,
+    /// Also draw PSNR and SSIM over time, with the front of what no method beats in both.
+    #[arg(long, value_name = "OUT.svg")]
+    plot: Option<PathBuf>,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
@@ -100,7 +104,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
         models.push((setup::name_of(path), setup::model(Some(path))?));
     }
     if models.is_empty() {
-        models.push(("any_radius (shipped)".into(), setup::model(None)?));
+        models.push(("balanced (shipped)".into(), setup::model(None)?));
     }
     let threads = setup::threads(args.threads);
     let constant = constant(args, &models[0].1, &manifest)?;
@@ -147,6 +151,9 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     };
     if let Some(path) = &args.output {
         atomic_file::write(path, text.as_bytes())?;
+    }
+    if let Some(path) = &args.plot {
+        atomic_file::write(path, report::as_plot(&table, models.len() * precisions(args).len())?.as_bytes())?;
     }
     output::text(&text)
 }

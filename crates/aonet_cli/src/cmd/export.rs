@@ -23,7 +23,7 @@ use std::path::{Path, PathBuf};
   aonet export a.safetensors --onnx a_720p.onnx --size 1280x720 --tuned
   aonet export --config configs/models/speed.json --onnx speed.onnx")]
 pub(crate) struct Args {
-    /// Network.
+    /// Network: fast, balanced, high, paper, or a file.
     #[arg(required_unless_present = "config")]
     model: Option<PathBuf>,
     /// Configuration of a model or of a training run instead: a network with random weights.

@@ -27,10 +27,10 @@ use std::path::PathBuf;
 pub(crate) struct Args {
     #[command(flatten)]
     stage: StageArgs,
-    /// Network; may be repeated; the shipped one that serves any radius if absent.
-    #[arg(long, value_name = "M.safetensors")]
+    /// Network: fast, balanced, high, paper, or a file; may be repeated [default: balanced].
+    #[arg(long, value_name = "MODEL")]
     model: Vec<PathBuf>,
-    /// Classic method: a name, a preset of `aonet tune` (.json), or `all`; may be repeated.
+    /// Classic method: a name, a preset of `aonet tune` (.json), `all` or `all:tuned`; may be repeated.
     #[arg(long, value_name = "METHOD")]
     classic: Vec<String>,
     /// Frames of the path, at least 2.
@@ -63,7 +63,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
         );
     }
     let models: Vec<(String, Model)> = match &args.model[..] {
-        [] => vec![("any_radius".into(), setup::model(None)?)],
+        [] => vec![("balanced".into(), setup::model(None)?)],
         paths => {
             paths.iter().map(|p| Ok((setup::name_of(p), setup::model(Some(p))?))).collect::<Result<_>>()?
         }

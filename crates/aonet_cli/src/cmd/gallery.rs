@@ -6,29 +6,30 @@ use crate::setup;
 use anyhow::{Context, Result};
 use aonet::metrics::{self, Comparison};
 use aonet::net::Model;
-use aonet::search::Classic;
+use aonet::search::{Classic, Options, Session, Shares};
 use aonet::{AoImage, AoParams, GBuffer};
 use aonet_lab::eval::{Method, run as run_method};
 use aonet_lab::picture::{self, Caption};
 use clap::Parser;
 use serde_json::json;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-/// Draw a frame's normals, its reference and the AO of every method above its error.
+/// Draw a frame's normals, reference, depth and shares of light, and the AO of every method above its error.
 ///
 /// The frame needs the channel `ao`. Classic methods use their tuned parameters if there are any.
 #[derive(Debug, Parser)]
 #[command(after_help = "Examples:
   aonet demo && aonet gallery aonet_demo/frame.exr -o gallery.png
   aonet gallery frame.exr -o gallery.png --method gtao --method gtao:tuned --model mine.safetensors")]
+#[command(mut_arg("output", |arg| arg.help("Picture to write (.png)")))]
 pub(crate) struct Args {
     #[command(flatten)]
     frame: FrameArgs,
-    /// Classic method, as `aonet classic` calls it; may be repeated [default: all].
+    /// Classic method: a name, a preset of `aonet tune` (.json), `all` or `all:tuned`; may be repeated [default: all:tuned].
     #[arg(long)]
     method: Vec<String>,
-    /// Network; may be repeated [default: the shipped one that serves any radius].
-    #[arg(long, value_name = "M.safetensors")]
+    /// Network: fast, balanced, high, paper, or a file; may be repeated [default: balanced and high].
+    #[arg(long, value_name = "MODEL")]
     model: Vec<PathBuf>,
     /// Columns of the picture.
     #[arg(long, default_value_t = 4, value_parser = clap::value_parser!(u8).range(2..=16))]
@@ -55,33 +56,25 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     for (name, method) in methods.chain(networks) {
         shots.push(shoot(name, &method, (&frame.gbuffer, params), reference)?);
     }
-    let panels = panels(&frame.gbuffer, reference, &shots, args.columns.into())?;
-    picture::save_png(&picture::sheet(&panels, args.columns.into())?, args.frame.output())?;
+    let columns = args.columns.into();
+    let panels = panels((&frame.gbuffer, params), reference, &shots, columns)?;
+    picture::save_png(&picture::sheet(&panels, columns)?, args.frame.output())?;
     report(args, &shots)
 }
 
 type Named<T> = Vec<(String, T)>;
 
 fn methods(args: &Args) -> Result<(Named<Classic>, Named<Model>)> {
-    let mut classic = Vec::new();
-    for name in &args.method {
-        classic.push((name.clone(), Classic::named(name)?));
-    }
-    if args.method.is_empty() {
-        classic = Classic::all()
-            .iter()
-            .map(|method| {
-                let tuned = format!("{}:tuned", method.name());
-                Classic::named(&tuned).map_or((method.name().to_owned(), *method), |found| (tuned, found))
-            })
-            .collect();
-    }
+    let all = ["all:tuned".to_owned()];
+    let classic = setup::classic(if args.method.is_empty() { &all } else { &args.method })?;
     let mut models = Vec::new();
     for path in &args.model {
         models.push((setup::name_of(path), setup::model(Some(path))?));
     }
     if models.is_empty() {
-        models.push(("aonet".into(), setup::model(None)?));
+        for name in ["balanced", "high"] {
+            models.push((name.into(), setup::model(Some(Path::new(name)))?));
+        }
     }
     Ok((classic, models))
 }
@@ -97,9 +90,9 @@ fn shoot(
     Ok(Shot { name: name.to_owned(), ao, ms, comparison })
 }
 
-/// Rows of AO, each above the row of its errors; the normals and the reference come first.
+/// Rows of AO, each above the row of its errors; what the frame shows comes first, as far as there are columns.
 fn panels(
-    gbuffer: &GBuffer,
+    (gbuffer, params): (&GBuffer, AoParams),
     reference: &AoImage,
     shots: &[Shot],
     columns: usize,
@@ -107,8 +100,10 @@ fn panels(
     let mut panels = vec![
         (picture::normals(gbuffer), Caption::new("normals")),
         (picture::ao(reference), Caption::new("ray-traced reference")),
+        (picture::depth(gbuffer), Caption::new("depth")),
+        (picture::shares(&shares(gbuffer, params)?), Caption::new("light: open, hit, hidden, off")),
     ];
-    let blank = || (image::RgbImage::new(gbuffer.width() as u32, gbuffer.height() as u32), Caption::new(""));
+    let blank = || (picture::blank(reference.size()), Caption::new(""));
     panels.resize_with(columns, blank);
     for row in shots.chunks(columns) {
         panels.extend(row.iter().map(|shot| {
@@ -125,6 +120,12 @@ fn panels(
         panels.resize_with(panels.len().next_multiple_of(columns), blank);
     }
     Ok(panels)
+}
+
+/// What connected arcs know of the light of a frame.
+fn shares(gbuffer: &GBuffer, params: AoParams) -> Result<Shares> {
+    let mut session = Session::new(&Classic::named("arcs")?, gbuffer.window(), Options::default())?;
+    Ok(session.shares(gbuffer, params)?)
 }
 
 fn report(args: &Args, shots: &[Shot]) -> Result<()> {

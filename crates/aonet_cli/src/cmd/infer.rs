@@ -2,10 +2,12 @@
 
 use crate::device::{Device, PrecisionArg};
 use crate::frame_args::{FrameArgs, Run};
-use crate::setup;
+use crate::{output, setup};
 use anyhow::Result;
 use aonet::net::{Model, cpu};
 use aonet::{AoImage, AoParams, GBuffer};
+use aonet_lab::eval::phenomena::projected_radius;
+use aonet_lab::eval::radius_range;
 use aonet_lab::frame::Frame;
 use clap::Parser;
 use std::path::PathBuf;
@@ -24,9 +26,9 @@ use std::time::Instant;
 pub(crate) struct Args {
     #[command(flatten)]
     frame: FrameArgs,
-    /// Network; the shipped one that serves any radius if absent.
-    #[arg(long, value_name = "M.safetensors")]
-    model: Option<PathBuf>,
+    /// Network: fast, balanced, high (best), paper, or a file.
+    #[arg(long, value_name = "MODEL", default_value = "balanced")]
+    model: PathBuf,
     /// Precision [default: on the CPU bf16 where the machine has it, on a GPU f16, else f32].
     #[arg(long, value_enum)]
     precision: Option<PrecisionArg>,
@@ -35,21 +37,37 @@ pub(crate) struct Args {
     device: Device,
 }
 
+/// Factor on both ends of the trained range before a radius is warned of: the median depth of a frame is a rough measure.
+const SLACK: f32 = 1.25;
+
 /// An image and the time when the device started it.
 type Timed = (AoImage, Instant);
 
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<()> {
-    let model = setup::model(args.model.as_deref())?;
+    let model = setup::model(Some(&args.model))?;
     // A network that does not see the radius has it built in.
     let fallback = if model.config().features.sees_radius() { None } else { Some(AoParams::new(1.0)?) };
     // Methods take memory of their own, so channels that they do not read are dropped here.
     let (Frame { gbuffer, .. }, params) = args.frame.load(fallback)?;
+    warn_of_radius(&model, &gbuffer, params);
     let (image, start) = match args.device {
         Device::Cpu => on_cpu(args, &model, (&gbuffer, params))?,
         Device::Gpu => on_gpu(args.precision, &model, (&gbuffer, params))?,
     };
     args.frame.finish(&image, &Run { method: "network", device: args.device, params, start })
+}
+
+/// Says on stderr when the radius is far outside of what the network was trained with: by more than the median depth may mislead.
+fn warn_of_radius(model: &Model, gbuffer: &GBuffer, params: AoParams) {
+    let (Some(range), Some(share)) = (radius_range(model), projected_radius(gbuffer, params)) else { return };
+    if share < range.start() / SLACK || share > range.end() * SLACK {
+        let [low, high] = [range.start(), range.end()].map(|end| 100.0 * end);
+        output::note(&format!(
+            "warning: the AO radius is {:.3} % of the image's height at the median depth; the network was trained with {low} to {high} %",
+            100.0 * share
+        ));
+    }
 }
 
 fn on_cpu(args: &Args, model: &Model, (gbuffer, params): (&GBuffer, AoParams)) -> Result<Timed> {
@@ -74,7 +92,8 @@ fn on_gpu(
     let precision = precision.map_or(Ok(gpu::Precision::F16), PrecisionArg::gpu)?;
     let device = crate::device::gpu()?;
     let mut image = AoImage::open(gbuffer.window().size());
-    let mut session = gpu::Offscreen::new(&device, model, gbuffer.window(), precision)?;
+    let layers = if gbuffer.second().is_some() { gpu::Layers::Two } else { gpu::Layers::One };
+    let mut session = gpu::Offscreen::in_layers(&device, model, (gbuffer.window(), layers), precision)?;
     crate::device::announce(&device, session.precision());
     let start = Instant::now();
     session.run(gbuffer, params, &mut image)?;

@@ -3,8 +3,10 @@
 use crate::{output, setup};
 use anyhow::{Result, bail};
 use aonet::AoImage;
+use aonet::net::shipped;
 use aonet_lab::ao_file::load_ao;
 use aonet_lab::dataset::{Manifest, Split};
+use aonet_lab::eval::radius_range;
 use aonet_lab::frame::{Frame, FrameHints};
 use aonet_scene::scene::MissingNormals;
 use aonet_scene::scene::source::SceneSource;
@@ -13,13 +15,14 @@ use clap::Parser;
 use serde_json::{Value, json};
 use std::path::{Path, PathBuf};
 
-/// Describe a file: a model, a frame, an AO image, a view, a dataset or a scene.
+/// Describe a file or a shipped network: a model, a frame, an AO image, a view, a dataset or a scene.
 #[derive(Debug, Parser)]
 #[command(after_help = "Examples:
+  aonet info high
   aonet info runs/a/best.safetensors
   aonet info procedural:furnished_room:3 --json")]
 pub(crate) struct Args {
-    /// .safetensors, .exr, .png, .json, .glb, .gltf, a dataset's folder, or procedural:KIND:SEED.
+    /// fast, balanced, high, paper, .safetensors, .exr, .png, .json, .glb, .gltf, a dataset's folder, or procedural:KIND:SEED.
     file: String,
     /// For a frame: second layer from another EXR of the same size, as `aonet infer` reads it.
     #[arg(long, value_name = "FILE.exr")]
@@ -37,6 +40,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
         "exr" if args.second.is_some() => frame(path, args.second.as_deref())?,
         _ if args.second.is_some() => bail!("--second needs a frame (.exr), not {}", args.file),
         "safetensors" => model(path)?,
+        "" if !path.exists() && is_shipped(&args.file) => model(path)?,
         "exr" => frame(path, None).or_else(|why| match ao(path) {
             Ok(mut facts) => {
                 facts["not_a_frame"] = json!(format!("{why:#}"));
@@ -74,14 +78,22 @@ fn list(facts: &Value, depth: usize, text: &mut String) {
     }
 }
 
+fn is_shipped(name: &str) -> bool {
+    shipped::ALL.into_iter().any(|(shipped, _)| shipped == name)
+}
+
 fn model(path: &Path) -> Result<Value> {
     let model = setup::model(Some(path))?;
     let graph = model.graph();
-    let bytes = std::fs::metadata(path).map_or(0, |m| m.len());
+    let shipped = shipped::ALL.into_iter().find(|(name, _)| path.as_os_str() == *name);
+    let bytes =
+        shipped.map_or_else(|| std::fs::metadata(path).map_or(0, |m| m.len()), |(_, b)| b.len() as u64);
+    let radius = radius_range(&model).map(|range| [*range.start(), *range.end()]);
     Ok(json!({
         "kind": "model", "config": model.config(), "parameters": graph.params_count(), "file_bytes": bytes,
         "macs_per_pixel": graph.macs_per_pixel().round(), "alignment_px": graph.alignment(),
-        "sees_radius": model.config().features.sees_radius(), "training": model.facts(),
+        "sees_radius": model.config().features.sees_radius(),
+        "radius_in_image_heights": radius, "training": model.facts(),
     }))
 }
 

@@ -15,7 +15,7 @@ use std::path::PathBuf;
 /// The same command continues a stopped run from its checkpoint; of a folder, it skips finished runs.
 #[derive(Debug, Parser)]
 #[command(after_help = "Examples:
-  aonet train configs/any_radius.json --dataset data/any -o runs/any_radius
+  aonet train configs/balanced.json --dataset data/any -o runs/balanced
   aonet train configs/paper.json --dataset data/paper -o runs/paper --vgg vgg19.safetensors --device cuda
   aonet train --all configs/rows --dataset data/any -o runs --seeds 1,2")]
 pub(crate) struct Args {
@@ -38,6 +38,9 @@ pub(crate) struct Args {
     /// NAME, or NAME-SEED for a seed that is not the configuration's own.
     #[arg(short, long)]
     pub(crate) output: PathBuf,
+    /// Start from the weights of this network rather than random ones: fast, balanced, high, paper, or a file.
+    #[arg(long, value_name = "MODEL", conflicts_with = "all")]
+    pub(crate) from: Option<PathBuf>,
     /// VGG-19 weights for the perceptual term (safetensors, torchvision's names `features.0.weight` ...);
     /// without them the term is off. torchvision's vgg19 state dict can be saved so with the safetensors package.
     #[arg(long, value_name = "FILE")]
@@ -52,7 +55,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "MINUTES")]
     pub(crate) stop_after: Option<f64>,
     /// Version of the code to record in the model, such as a commit.
-    #[arg(long, default_value = "")]
+    #[arg(long, default_value = concat!("aonet ", env!("CARGO_PKG_VERSION")))]
     pub(crate) commit: String,
     /// With --all: print the table as JSON.
     #[arg(long, requires = "all")]

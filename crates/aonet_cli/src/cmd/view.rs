@@ -39,7 +39,7 @@ pub(crate) struct Args {
     #[arg(long)]
     environment: bool,
     /// Method that computes visibility.
-    #[arg(long, default_value = "network")]
+    #[arg(long, default_value = "balanced")]
     method: String,
     /// Another method, right of the slider.
     #[arg(long, value_name = "METHOD")]

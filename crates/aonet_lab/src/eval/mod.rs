@@ -1,5 +1,6 @@
 //! Scores methods against the reference on the frames of a dataset.
 
+pub mod grain;
 pub mod phenomena;
 pub mod seen;
 
@@ -12,6 +13,7 @@ use aonet::net::cpu::{Options, Session};
 use aonet::search::{self, Classic};
 use aonet::{AoImage, AoParams, GBuffer, Window};
 use aonet_scene::error::{Error, Result};
+use aonet_scene::staging::RadiusRule;
 use phenomena::{Breakdown, RadiusClass};
 use rayon::prelude::*;
 use seen::Seen;
@@ -124,6 +126,7 @@ pub fn evaluate(
         let gbuffer = seen.part(gbuffer)?;
         let (foreground, picture) = (gbuffer.foreground(), gbuffer.without_margin());
         let masks = phenomena::masks(&picture, params, &reference);
+        let smooth = grain::smooth(&picture, params);
         let radius = RadiusClass::of(&picture, params);
         let outputs: Vec<(AoImage, Option<f64>)> =
             runners.iter_mut().map(|r| r.run(&gbuffer, params)).collect::<Result<_>>()?;
@@ -134,6 +137,7 @@ pub fn evaluate(
             for (error, mask) in breakdown[i].phenomena.iter_mut().zip(&masks) {
                 error.add(&reference, image, mask);
             }
+            breakdown[i].grain.add(&reference, image, &smooth);
             if let Some(class) = radius {
                 breakdown[i].radii[class as usize].add(&reference, image, &foreground);
             }
@@ -244,6 +248,15 @@ pub fn mean_visibility(manifest: &Manifest) -> Result<f32> {
         return Err(Error::file(manifest.dir(), "training frames to take the mean visibility of", "none"));
     }
     Ok((sum / pixels as f64) as f32)
+}
+
+/// The projected radii that `model` was trained with, as shares of the image's height at the median depth; `None` if its radius is
+/// fixed, or its file does not say.
+pub fn radius_range(model: &Model) -> Option<std::ops::RangeInclusive<f32>> {
+    let RadiusRule::ImageFraction { min, max } = RadiusRule::ANY else { return None };
+    let any = format!("{:?}", RadiusRule::ANY);
+    let sees = model.config().features.sees_radius();
+    (sees && model.facts().radius.split("; ").any(|trained| trained == any)).then_some(min..=max)
 }
 
 /// Whether `model` can be scored on the frames: a network that does not see the radius needs frames whose radii were
@@ -366,7 +379,7 @@ mod tests {
     fn a_dataset_is_scored_as_its_frames_are() {
         let dir = tempfile::tempdir().unwrap();
         let manifest = dataset(dir.path());
-        let model = Model::from_bytes(aonet::net::shipped::ANY_RADIUS).unwrap();
+        let model = Model::from_bytes(aonet::net::shipped::BALANCED).unwrap();
         let constant = mean_visibility(&manifest).unwrap();
         assert!((0.05..1.0).contains(&constant), "{constant}");
         let contestant = |method| Contestant { name: "c".into(), method };

@@ -1,5 +1,6 @@
 //! Where a method errs: at depth edges, around thin things, at the frame's border, on open surfaces.
 
+use super::grain::Grain;
 use aonet::{AoImage, AoParams, GBuffer};
 use serde::Serialize;
 
@@ -59,19 +60,23 @@ impl RadiusClass {
 
     /// The class of a frame; none without foreground.
     pub fn of(gbuffer: &GBuffer, params: AoParams) -> Option<Self> {
-        let mut depths: Vec<f32> = gbuffer.depth().iter().copied().filter(|d| d.is_finite()).collect();
-        if depths.is_empty() {
-            return None;
-        }
-        let middle = depths.len() / 2;
-        let median = *depths.select_nth_unstable_by(middle, f32::total_cmp).1;
-        let share = gbuffer.camera().projected_px(params.radius(), median) / gbuffer.height() as f32;
-        Some(match share {
+        Some(match projected_radius(gbuffer, params)? {
             s if s < 0.06 => Self::Small,
             s if s <= 0.18 => Self::Medium,
             _ => Self::Large,
         })
     }
+}
+
+/// The AO radius at the median depth, as a share of the image's height; none without foreground.
+pub fn projected_radius(gbuffer: &GBuffer, params: AoParams) -> Option<f32> {
+    let mut depths: Vec<f32> = gbuffer.depth().iter().copied().filter(|d| d.is_finite()).collect();
+    if depths.is_empty() {
+        return None;
+    }
+    let middle = depths.len() / 2;
+    let median = *depths.select_nth_unstable_by(middle, f32::total_cmp).1;
+    Some(gbuffer.camera().projected_px(params.radius(), median) / gbuffer.height() as f32)
 }
 
 /// Reach of each phenomenon (px), and largest width of thin things. guess: the visible size of halos at 640 to 1280 px.
@@ -88,7 +93,7 @@ const OPEN: f32 = 0.97;
 /// The pixels of every phenomenon of a frame: HxW each, in the order of [`Phenomenon::ALL`].
 pub fn masks(gbuffer: &GBuffer, params: AoParams, reference: &AoImage) -> [Vec<bool>; 4] {
     let (width, height) = (gbuffer.width(), gbuffer.height());
-    let grid = Grid { gbuffer, step: EDGE_STEP * params.radius() };
+    let grid = Grid::new(gbuffer, params);
     let pixels = |of: &dyn Fn(usize, usize) -> bool| -> Vec<bool> {
         (0..width * height).map(|i| of(i % width, i / width)).collect()
     };
@@ -109,15 +114,20 @@ pub fn masks(gbuffer: &GBuffer, params: AoParams, reference: &AoImage) -> [Vec<b
     ]
 }
 
-struct Grid<'a> {
+/// The surfaces of a frame, pixel by pixel.
+pub(super) struct Grid<'a> {
     gbuffer: &'a GBuffer<'a>,
     /// (world units)
     step: f32,
 }
 
-impl Grid<'_> {
+impl<'a> Grid<'a> {
+    pub(super) fn new(gbuffer: &'a GBuffer<'a>, params: AoParams) -> Self {
+        Self { gbuffer, step: EDGE_STEP * params.radius() }
+    }
+
     /// Whether the pixel to the right or below is off this pixel's plane, or this pixel off the other's plane.
-    fn is_edge(&self, x: usize, y: usize) -> bool {
+    pub(super) fn is_edge(&self, x: usize, y: usize) -> bool {
         let right = x + 1 < self.gbuffer.width() && self.is_step((x, y), (x + 1, y));
         right || (y + 1 < self.gbuffer.height() && self.is_step((x, y), (x, y + 1)))
     }
@@ -149,7 +159,7 @@ impl Grid<'_> {
 }
 
 /// Every pixel within a square of `reach` pixels around a set one.
-fn dilated(mask: &[bool], width: usize, reach: usize) -> Vec<bool> {
+pub(super) fn dilated(mask: &[bool], width: usize, reach: usize) -> Vec<bool> {
     let height = mask.len() / width;
     let spread = |of: &dyn Fn(usize) -> bool, at: usize, size: usize| {
         (at.saturating_sub(reach)..(at + reach + 1).min(size)).any(of)
@@ -200,6 +210,8 @@ pub struct Breakdown {
     pub phenomena: [PixelError; 4],
     /// Over the foreground, in the order of [`RadiusClass::ALL`].
     pub radii: [PixelError; 3],
+    /// Variation over a few pixels on smooth surfaces.
+    pub grain: Grain,
 }
 
 #[cfg(test)]

@@ -50,6 +50,9 @@ pub(crate) struct ExrFile<'a> {
     justified_bytes: u128,
 }
 
+/// The first bytes of every OpenEXR file.
+const MAGIC: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
+
 impl<'a> ExrFile<'a> {
     /// Reads the headers.
     ///
@@ -59,8 +62,12 @@ impl<'a> ExrFile<'a> {
         if bytes.get(5).is_some_and(|flags| flags & DEEP != 0) {
             return Err(format_error("flat images", "deep data"));
         }
+        if !bytes.starts_with(&MAGIC) {
+            let found = if bytes.is_empty() { "an empty file" } else { "a file that begins otherwise" };
+            return Err(format_error("an OpenEXR file, which begins with 76 2f 31 01", found));
+        }
         let reader = guarded(|| exr::block::read(Cursor::new(bytes), false))
-            .map_err(|found| format_error("flat images without subsampled channels", found))?;
+            .map_err(|found| format_error("headers of flat images without subsampled channels", found))?;
         let headers = reader.headers();
         let justified_bytes = bytes.len() as u128 * MAX_EXPANSION;
         let claimed: u128 = headers.iter().map(claimed_bytes).sum();

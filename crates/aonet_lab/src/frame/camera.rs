@@ -65,6 +65,9 @@ pub(super) fn resolve(file: &ExrFile, hints: &FrameHints) -> Result<Seen> {
         Some(text) if hints.view.is_none() => Some(parse::<View>(VIEW, &text)?),
         _ => None,
     };
+    if let Some(degrees) = hints.fov_y_deg.filter(|degrees| !(*degrees > 0.0 && *degrees < 180.0)) {
+        return Err(Error::value("vertical field of view", "degrees in (0, 180)", degrees));
+    }
     let file_radius = file.number(RADIUS).or(stored_view.as_ref().map(|view| view.radius));
     let radius = hints.radius.or(hints.view.as_ref().map(|view| view.radius)).or(file_radius);
     let Some(mut view) = hints.view.clone().or(stored_view) else {

@@ -2,8 +2,8 @@
 //!
 //! A file takes `features` 1xCxHxW: the channels that [`write_features`](aonet::internals::features::write_features) writes, without
 //! the search's. A network with a search also takes `search` 1xPxHxW: what the method finds whose parameters are in the
-//! configuration, its filter included: the visibility, and the shares of light where the method tells them. The output is `visibility` 1x1xHxW in [0, 1]. It knows nothing of the background: there the caller puts 1, as
-//! [`cpu::Session`](aonet::net::cpu::Session) does.
+//! configuration, its filter included: the visibility, and the shares of light where the method reports them. The output is
+//! `visibility` 1x1xHxW in [0, 1]. It ignores the background: there the caller writes 1, as [`cpu::Session`](aonet::net::cpu::Session) does.
 
 mod inputs;
 mod kernels;

@@ -80,7 +80,7 @@ fn a_network_without_kernels_stays_as_it_is() {
 #[test]
 fn sizes_are_free_or_fixed_and_odd_ones_are_padded() {
     use proto::Size::{Param, Value};
-    let free = decoded(ModelConfig::any_radius(), Form::Plain, Extent::Dynamic).graph.unwrap();
+    let free = decoded(ModelConfig::balanced(), Form::Plain, Extent::Dynamic).graph.unwrap();
     let named = [Param("height".to_owned()), Param("width".to_owned())];
     assert_eq!(sides(&free.input[0]), [&[Value(1), Value(4)][..], &named].concat());
     assert_eq!(sides(&free.input[1]), [&[Value(1), Value(1)][..], &named].concat());
@@ -108,7 +108,7 @@ impl proto::Graph {
 
 #[test]
 fn parameters_and_metadata_are_the_models() {
-    let model = Model::from_bytes(shipped::ANY_RADIUS).unwrap();
+    let model = Model::from_bytes(shipped::BALANCED).unwrap();
     let exported = export(&model, Form::Plain, Extent::Dynamic).unwrap();
     assert_eq!(exported, export(&model, Form::Plain, Extent::Dynamic).unwrap());
     let file = proto::Model::decode(exported.bytes.as_slice()).unwrap();
@@ -133,12 +133,12 @@ fn shares() -> ModelConfig {
         features: Features::normal_radius_light(),
         search: Some(SearchConfig::Arcs(ArcsParams::default())),
         output: Output::Shares,
-        ..ModelConfig::any_radius()
+        ..ModelConfig::balanced()
     }
 }
 
 #[test]
-fn a_search_that_tells_shares_is_an_input_of_as_many_planes() {
+fn a_search_that_reports_shares_is_an_input_of_as_many_planes() {
     let graph = decoded(shares(), Form::Plain, Extent::Dynamic).graph.unwrap();
     let channels = graph.input.iter().map(|input| sides(input)[1].clone()).collect::<Vec<_>>();
     // Normal, radius, second layer; visibility and five shares.
@@ -151,7 +151,7 @@ fn every_input_is_written_before_it_is_read() {
         for patch in [1, 2, 4] {
             for form in [Form::Plain, Form::Tuned] {
                 let shares = (kernel == KernelWeights::Off).then(shares);
-                for config in [ModelConfig::paper(), ModelConfig::any_radius()].into_iter().chain(shares) {
+                for config in [ModelConfig::paper(), ModelConfig::balanced()].into_iter().chain(shares) {
                     let config = ModelConfig { patch, kernel, ..config };
                     let graph = decoded(config, form, Extent::Dynamic).graph.unwrap();
                     let mut known: Vec<&str> = graph.initializer.iter().map(|t| t.name.as_str()).collect();

@@ -4,7 +4,7 @@ mod text;
 
 use aonet::metrics::ERROR_SCALE;
 use aonet::search::{Share, Shares};
-use aonet::{AoImage, GBuffer};
+use aonet::{AoImage, GBuffer, Size};
 use aonet_scene::{Error, Result, atomic_file};
 use image::imageops::{self, FilterType};
 use image::{Rgb, RgbImage};
@@ -36,10 +36,6 @@ const VIRIDIS: [[u8; 3]; 9] = [
     [170, 220, 50],
     [253, 231, 37],
 ];
-
-/// Colours of the shares of light, in the order of [`Share::ALL`]: open, hit, hidden (close, middle, deep), off.
-const SHARES: [[u8; 3]; Share::ALL.len()] =
-    [[255; 3], [0; 3], [213, 94, 0], [230, 159, 0], [240, 228, 66], [0, 114, 178]];
 
 /// Colours of errors: too dark, correct, too bright.
 const DIVERGING: [[u8; 3]; 5] = [[5, 48, 97], [67, 147, 195], [247, 247, 247], [214, 96, 77], [103, 0, 31]];
@@ -107,13 +103,18 @@ pub fn layers(gbuffer: &GBuffer) -> RgbImage {
     })
 }
 
-/// Shares of light as a mixture of colours: open is white, hit black, hidden orange (close) to yellow (deep), off blue.
+/// A panel that a [`sheet`] leaves empty.
+pub fn blank(size: Size) -> RgbImage {
+    RgbImage::from_pixel(size.width() as u32, size.height() as u32, Rgb(PAPER))
+}
+
+/// Shares of light as a mixture of their colours: see [`Share::colour`].
 pub fn shares(shares: &Shares) -> RgbImage {
     let size = shares.size();
     picture(size.width(), size.height(), |i| {
         let mixed = |c: usize| {
-            let of = |(share, colour): (&Share, &[u8; 3])| shares.plane(*share)[i] * f32::from(colour[c]);
-            Share::ALL.iter().zip(&SHARES).map(of).sum::<f32>().round() as u8
+            let of = |share: Share| shares.plane(share)[i] * f32::from(share.colour()[c]);
+            Share::ALL.map(of).iter().sum::<f32>().round() as u8
         };
         [0, 1, 2].map(mixed)
     })

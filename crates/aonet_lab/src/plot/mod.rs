@@ -1,8 +1,10 @@
-//! Curves over training steps and bars, as SVG.
+//! Curves over training steps, bars, and scores over time, as SVG.
 
 mod bars;
+mod front;
 
 pub use bars::{Bars, bars};
+pub use front::{Front, Point, fronts};
 
 use aonet_scene::{Error, Result, atomic_file};
 use plotters::coord::Shift;

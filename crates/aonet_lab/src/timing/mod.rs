@@ -158,10 +158,13 @@ fn bump(size: Size) -> Result<GBuffer<'static>> {
     Ok(GBuffer::new(camera, depth, normal)?)
 }
 
-/// The median of `values`, which are sorted; the mean of the middle two if their number is even.
-pub(crate) fn median(values: &mut [f64]) -> f64 {
+/// The median of `values`, which are sorted; the mean of the middle two if their number is even. NaN without values.
+pub fn median(values: &mut [f64]) -> f64 {
     values.sort_by(f64::total_cmp);
     let n = values.len();
+    if n == 0 {
+        return f64::NAN;
+    }
     0.5 * (values[(n - 1) / 2] + values[n / 2])
 }
 

@@ -247,7 +247,7 @@ mod tests {
     fn operations_add_up_to_what_the_graph_counts() {
         let networks = [
             ModelConfig::paper(),
-            ModelConfig::any_radius(),
+            ModelConfig::balanced(),
             ModelConfig::deep_shading(),
             ModelConfig::deep_ao(),
             ModelConfig::full_resolution(),
@@ -283,7 +283,7 @@ mod tests {
 
     #[test]
     fn a_search_and_its_filter_are_counted_by_themselves() {
-        let (_, costs) = costs(ModelConfig::any_radius(), Size::px(64, 64));
+        let (_, costs) = costs(ModelConfig::balanced(), Size::px(64, 64));
         let names: Vec<_> = costs[..3].iter().map(|c| c.name.as_str()).collect();
         assert_eq!(names, ["search", "filter", "features"]);
         assert_eq!(costs[0].kind, "agtao, 36 taps");

@@ -21,8 +21,8 @@ pub(crate) struct State {
 }
 
 impl State {
-    pub(crate) fn new(graph: &Graph, seed: u64) -> Self {
-        let weights = Weights::init(graph, seed);
+    /// The state before the first step.
+    pub(crate) fn new(weights: Weights) -> Self {
         Self { moments: Moments::new(&weights), average: weights.clone(), weights, best: f64::INFINITY }
     }
 
@@ -126,7 +126,7 @@ mod tests {
     fn states_round_trip_and_refuse_another_network() {
         let small = ModelConfig { encoder: vec![2, 3], decoder: vec![2], ..ModelConfig::paper() };
         let graph = Graph::new(&small).unwrap();
-        let mut state = State::new(&graph, 5);
+        let mut state = State::new(Weights::init(&graph, 5));
         let gradients = state.moments.mean.iter().map(|(n, v)| (n.clone(), vec![0.5; v.len()])).collect();
         let tensors = state.moments.update(&state.weights, &gradients, (Optimizer::Adam, 1e-3));
         state.take(Weights::new(&graph, tensors).unwrap(), 0.5);

@@ -61,6 +61,8 @@ pub enum TrainDevice {
 pub struct TrainRun {
     /// Folder of the run; made if missing, resumed if it holds a checkpoint.
     pub dir: PathBuf,
+    /// Weights that a new run starts from; random ones if absent. A run that continues has its own.
+    pub start: Option<Weights>,
     /// VGG-19 weights for the perceptual term; without them the term is off.
     pub vgg: Option<PathBuf>,
     /// Where to compute.
@@ -90,7 +92,8 @@ pub type TrainEvents<'a> = &'a (dyn Fn(TrainEvent) + Sync);
 /// Trains until `config.steps` or the time limit. Returns the number of steps taken so far.
 ///
 /// # Errors
-/// When a file is broken, the dataset has no frames to train on, or the folder belongs to another configuration.
+/// When a file is broken, the dataset has no frames to train on, the folder belongs to another configuration, or the weights to start
+/// from belong to another network.
 pub fn train(
     config: &TrainConfig,
     manifests: &[Manifest],
@@ -126,8 +129,11 @@ pub fn train_on(
         leak: step::LEAK,
     };
     let checkpoint = run.dir.join(CHECKPOINT);
-    let mut state =
-        if checkpoint.exists() { State::load(&checkpoint, &graph)? } else { State::new(&graph, config.seed) };
+    let mut state = match (checkpoint.exists(), &run.start) {
+        (true, _) => State::load(&checkpoint, &graph)?,
+        (false, Some(start)) => State::new(Weights::new(&graph, start.tensors().clone())?),
+        (false, None) => State::new(Weights::init(&graph, config.seed)),
+    };
     let mut log = Log::open(&run.dir, state.moments.step)?;
     while state.moments.step < config.steps {
         course.step(&stepper, &mut state, &mut log)?;

@@ -108,7 +108,7 @@ fn the_trainer_agrees_with_the_oracle_for_the_baselines_and_without_skips() {
 
 #[test]
 fn the_trainer_agrees_with_the_oracle_about_searches() {
-    let ours = small(ModelConfig::any_radius());
+    let ours = small(ModelConfig::balanced());
     let unseen = ModelConfig { features: Features::normal(), ..ours.clone() };
     let uncorrected = ModelConfig { output: Output::Visibility, ..ours.clone() };
     let kernels = ModelConfig { kernel: KernelWeights::Linear, ..ours.clone() };
@@ -272,7 +272,7 @@ pub(super) fn tiny_dataset(dir: &Path) -> Manifest {
 }
 
 pub(super) fn tiny_config(steps: u64) -> TrainConfig {
-    let model = ModelConfig { encoder: vec![24, 32], decoder: vec![24], ..ModelConfig::any_radius() };
+    let model = ModelConfig { encoder: vec![24, 32], decoder: vec![24], ..ModelConfig::balanced() };
     TrainConfig {
         steps,
         batch: 2,
@@ -288,6 +288,7 @@ pub(super) fn tiny_config(steps: u64) -> TrainConfig {
 pub(super) fn tiny_run(dir: &Path) -> TrainRun {
     TrainRun {
         dir: dir.to_owned(),
+        start: None,
         vgg: None,
         device: TrainDevice::Flex { threads: 2 },
         time_limit: None,
@@ -313,6 +314,25 @@ fn a_run_learns_its_frames_and_leaves_a_usable_model() {
     let model = Model::from_bytes(&std::fs::read(run.dir.join("best.safetensors")).unwrap()).unwrap();
     assert!(model.facts().mean_visibility.is_some_and(|m| m > 0.2 && m < 1.0));
     assert!(run.dir.join("curves.svg").exists() && run.dir.join("config.json").exists());
+}
+
+#[test]
+fn a_run_starts_from_given_weights() {
+    let dir = tempfile::tempdir().unwrap();
+    let manifest = [tiny_dataset(&dir.path().join("frames"))];
+    let config = TrainConfig { learning_rate: 1e-9, ..tiny_config(1) };
+    let given = model(config.model.clone(), 7).weights().clone();
+    let run = TrainRun { start: Some(given.clone()), ..tiny_run(&dir.path().join("run")) };
+    train(&config, &manifest, &run, &|_| ()).unwrap();
+    let trained = Model::from_bytes(&std::fs::read(run.dir.join("last.safetensors")).unwrap()).unwrap();
+    for (name, tensor) in given.tensors() {
+        let difference = largest_difference(&tensor.values, &trained.weights().get(name).values);
+        // Files hold half floats.
+        assert!(difference < 2e-3, "{name}: {difference}");
+    }
+    let other = TrainConfig { model: ModelConfig { decoder: vec![16], ..config.model.clone() }, ..config };
+    let run = TrainRun { dir: dir.path().join("other"), ..run };
+    assert!(train(&other, &manifest, &run, &|_| ()).unwrap_err().to_string().contains("dec0"));
 }
 
 #[test]

@@ -22,11 +22,15 @@ pub enum Show {
     Error,
     /// View-space shading normals of the second layer as n/2 + 1/2; black where there is none.
     Second,
+    /// Shares of light that connected arcs find, as [`aonet::search::Share::colour`] colours them: what a frame shows and what it
+    /// hides.
+    Shares,
 }
 
 impl Show {
     /// All pictures.
-    pub const ALL: [Self; 5] = [Self::Shaded, Self::Visibility, Self::Normals, Self::Error, Self::Second];
+    pub const ALL: [Self; 6] =
+        [Self::Shaded, Self::Visibility, Self::Normals, Self::Error, Self::Second, Self::Shares];
 
     /// Its name on a command line.
     pub fn name(self) -> &'static str {
@@ -36,6 +40,7 @@ impl Show {
             Self::Normals => "normals",
             Self::Error => "error",
             Self::Second => "second",
+            Self::Shares => "shares",
         }
     }
 }
@@ -142,9 +147,9 @@ impl FrameParams {
         let mut seen = Vec::new();
         let wanted = [(first, self.split > 0.0), (second, self.split < 1.0)];
         let reference = (Method::Reference, self.show == Show::Error || self.traced);
-        let shows_normals = matches!(self.show, Show::Normals | Show::Second);
+        let shows_methods = matches!(self.show, Show::Shaded | Show::Visibility | Show::Error);
         for (method, is_seen) in wanted.into_iter().chain([reference]) {
-            if is_seen && (!shows_normals || self.traced) && !seen.contains(&method) {
+            if is_seen && (shows_methods || self.traced) && !seen.contains(&method) {
                 seen.push(method);
             }
         }

@@ -22,9 +22,13 @@ pub enum Method {
     Agtao,
     /// Connected arcs, which read the second layer where a frame has one.
     Arcs,
-    /// The shipped network that corrects a horizon search, for any radius.
+    /// The shipped network `fast`, which corrects a horizon search of few taps. All networks but the paper's serve any radius.
+    Fast,
+    /// The shipped network `balanced`, which corrects a horizon search.
     #[default]
-    Network,
+    Balanced,
+    /// The shipped network `high`, which weighs what connected arcs find; it reads the second layer where a frame has one.
+    High,
     /// The shipped network of the paper.
     Paper,
     /// Ray-traced: converges while camera and scene do not move.
@@ -33,7 +37,7 @@ pub enum Method {
 
 impl Method {
     /// All methods.
-    pub const ALL: [Self; 10] = [
+    pub const ALL: [Self; 12] = [
         Self::Off,
         Self::Ssao,
         Self::Hbao,
@@ -41,7 +45,9 @@ impl Method {
         Self::Vbao,
         Self::Agtao,
         Self::Arcs,
-        Self::Network,
+        Self::Fast,
+        Self::Balanced,
+        Self::High,
         Self::Paper,
         Self::Reference,
     ];
@@ -56,7 +62,9 @@ impl Method {
             Self::Vbao => "vbao",
             Self::Agtao => "agtao",
             Self::Arcs => "arcs",
-            Self::Network => "network",
+            Self::Fast => "fast",
+            Self::Balanced => "balanced",
+            Self::High => "high",
             Self::Paper => "paper",
             Self::Reference => "reference",
         }
@@ -64,7 +72,10 @@ impl Method {
 
     /// Layers of depth that it reads of frames with these layers.
     pub(super) fn layers(self, of_frame: Layers) -> Layers {
-        if self == Self::Arcs { of_frame } else { Layers::One }
+        match self {
+            Self::Arcs | Self::High => of_frame,
+            _ => Layers::One,
+        }
     }
 
     /// Its title in controls.
@@ -77,7 +88,9 @@ impl Method {
             Self::Vbao => "VBAO",
             Self::Agtao => "attenuated GTAO",
             Self::Arcs => "connected arcs",
-            Self::Network => "network",
+            Self::Fast => "network, fast",
+            Self::Balanced => "network",
+            Self::High => "network, high quality",
             Self::Paper => "network of the paper",
             Self::Reference => "ray-traced reference",
         }

@@ -2,7 +2,7 @@
 
 use super::converging::Converging;
 use super::device::Gpu;
-use super::frame::CheckedFrame;
+use super::frame::{CheckedFrame, Show};
 use super::method::Method;
 use super::stopwatch::Stopwatch;
 use super::targets::{self, Target, Targets};
@@ -11,8 +11,8 @@ use aonet::Size;
 use aonet::gpu::{self, BoundFrame, DepthEncoding, FrameViews, Kernels, Layers, Options, wgpu};
 use aonet::net::gpu::Session;
 use aonet::net::{Model, shipped};
-use aonet::search::Classic;
 use aonet::search::gpu::ClassicSession;
+use aonet::search::{ArcsParams, Classic};
 use aonet_scene::trace::Tracer;
 
 /// Methods in use, and their visibility.
@@ -24,13 +24,15 @@ pub(super) struct Occlusion {
     /// One texel: visibility 1 everywhere.
     open: Target,
     running: Vec<Running>,
+    /// The picture of the shares of light, in frames that show it.
+    shares: Option<Running>,
     /// None until there is a tracer.
     reference: Option<Converging>,
     /// Methods of the last frame; only these are kept when the size changes.
     seen: Vec<Method>,
 }
 
-/// A method with its resources. It runs on the picture and its guard band, and gives the picture.
+/// A method with its resources. It runs on the picture and its guard band, and draws the picture.
 #[derive(Debug)]
 struct Running {
     method: Method,
@@ -54,7 +56,15 @@ impl Occlusion {
         let one = half::f16::ONE.to_le_bytes();
         gpu.queue.write_texture(open.texture.as_image_copy(), &one, layout, open.texture.size());
         let kernels = Kernels::Plain;
-        Self { gpu: gpu.clone(), kernels, open, running: Vec::new(), reference: None, seen: Vec::new() }
+        Self {
+            gpu: gpu.clone(),
+            kernels,
+            open,
+            running: Vec::new(),
+            shares: None,
+            reference: None,
+            seen: Vec::new(),
+        }
     }
 
     /// Prepares the methods that a frame shows.
@@ -64,6 +74,11 @@ impl Occlusion {
     pub(super) fn prepare(&mut self, targets: &Targets, frame: &CheckedFrame) -> Result<()> {
         self.seen = frame.params.seen();
         let of_frame = if frame.separation_units.is_some() { Layers::Two } else { Layers::One };
+        self.shares = match (frame.params.show, self.shares.take()) {
+            (Show::Shares, Some(shares)) if shares.layers == of_frame => Some(shares),
+            (Show::Shares, _) => Some(Running::shares(&self.gpu, of_frame, targets)?),
+            _ => None,
+        };
         for method in &self.seen {
             if *method == Method::Reference {
                 let reference = self.reference.as_mut().ok_or_else(|| {
@@ -91,7 +106,8 @@ impl Occlusion {
         frame: &CheckedFrame,
         mut watch: Option<&mut Stopwatch>,
     ) -> Result<()> {
-        for running in self.running.iter().filter(|running| self.seen.contains(&running.method)) {
+        let methods = self.running.iter().filter(|running| self.seen.contains(&running.method));
+        for running in methods.chain(&self.shares) {
             running.encode(encoder, frame, watch.as_deref_mut())?;
         }
         match &mut self.reference {
@@ -111,12 +127,18 @@ impl Occlusion {
         running.map_or(&self.open, |running| &running.visibility)
     }
 
+    /// The shares of light of the last frame as colours.
+    pub(super) fn shares(&self) -> &Target {
+        self.shares.as_ref().map_or(&self.open, |shares| &shares.visibility)
+    }
+
     /// Moves to textures of another size.
     ///
     /// # Errors
     /// When memory is short; the next frame then creates the methods again.
     pub(super) fn resize(&mut self, targets: &Targets) -> Result<()> {
         let seen = std::mem::take(&mut self.seen);
+        self.shares = None;
         // The textures of a second layer come with the next frame that has one.
         let kept = |r: &Running| seen.contains(&r.method) && r.layers == Layers::One;
         let kept = std::mem::take(&mut self.running).into_iter().filter(kept);
@@ -129,7 +151,7 @@ impl Occlusion {
     /// # Errors
     /// When memory is short.
     pub(super) fn rebind(&mut self, targets: &Targets) -> Result<()> {
-        for running in &mut self.running {
+        for running in self.running.iter_mut().chain(&mut self.shares) {
             running.view = running.session.bind(textures(targets, &running.visibility))?;
         }
         Ok(())
@@ -170,7 +192,9 @@ impl Running {
         };
         let session = match method {
             Method::Off | Method::Reference => return Ok(None),
-            Method::Network => network(shipped::ANY_RADIUS)?,
+            Method::Fast => network(shipped::FAST)?,
+            Method::Balanced => network(shipped::BALANCED)?,
+            Method::High => network(shipped::HIGH)?,
             Method::Paper => network(shipped::PAPER)?,
             Method::Ssao | Method::Hbao | Method::Gtao | Method::Vbao | Method::Agtao | Method::Arcs => {
                 let classic = Classic::named(method.name())?;
@@ -180,6 +204,17 @@ impl Running {
         let visibility = Target::new(gpu, targets.window.size(), targets::VISIBILITY);
         let view = session.bind(textures(targets, &visibility))?;
         Ok(Some(Self { method, layers, session, view, visibility }))
+    }
+
+    fn shares(gpu: &Gpu, layers: Layers, targets: &Targets) -> Result<Self> {
+        let (depth, output) = (DepthEncoding::Linear, targets::PICTURE);
+        let options = Options { depth, layers, output, ..Options::default() };
+        let (pair, size) = ((&gpu.device, &gpu.queue), targets.window.buffer_size());
+        let session = ClassicSession::shares(pair, &ArcsParams::default(), size, options)?;
+        let session = Runner::Classic(session);
+        let visibility = Target::new(gpu, targets.window.size(), output);
+        let view = session.bind(textures(targets, &visibility))?;
+        Ok(Self { method: Method::Arcs, layers, session, view, visibility })
     }
 
     fn resized(mut self, gpu: &Gpu, targets: &Targets) -> Result<Self> {

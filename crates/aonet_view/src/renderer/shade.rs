@@ -24,7 +24,7 @@ pub(super) struct ShadePass {
 
 impl ShadePass {
     pub(super) fn new(gpu: &Gpu) -> Self {
-        let bindings = [UNIFORM, TEXTURE, TEXTURE, TEXTURE, TEXTURE, TEXTURE, TEXTURE, TEXTURE];
+        let bindings = [UNIFORM, TEXTURE, TEXTURE, TEXTURE, TEXTURE, TEXTURE, TEXTURE, TEXTURE, TEXTURE];
         let cover = gpu.cover(("shade", &source()), &bindings, targets::PICTURE);
         let shade = gpu.buffer("shade", SHADE_BYTES, wgpu::BufferUsages::UNIFORM);
         Self { gpu: gpu.clone(), cover, shade }
@@ -43,7 +43,8 @@ impl ShadePass {
         let [normal, depth, albedo] = [&targets.normal, &targets.depth, &targets.albedo].map(|t| &t.view);
         // Only pictures of the second layer read its normals, and their frames have some.
         let second_normal = targets.second.as_ref().map_or(normal, |second| &second.normal.view);
-        let views = [normal, depth, albedo, first, second, reference, second_normal];
+        let shares = &occlusion.shares().view;
+        let views = [normal, depth, albedo, first, second, reference, second_normal, shares];
         let views = views.map(wgpu::BindingResource::TextureView);
         let resources = [self.shade.as_entire_binding()].into_iter().chain(views);
         // Created for every frame, because the methods' textures can change.
@@ -76,6 +77,7 @@ fn shade_bytes(frame: &FrameParams, margin: Margin) -> Vec<u8> {
         Show::Normals => 2,
         Show::Error => 3,
         Show::Second => 4,
+        Show::Shares => 5,
     };
     let words = [camera.width() as u32, camera.height() as u32, split, show];
     let mut all = bytes(columns.into_iter().flatten().chain(half_image));

@@ -20,6 +20,7 @@ const VISIBILITY: u32 = 1u;
 const NORMALS: u32 = 2u;
 const ERROR: u32 = 3u;
 const SECOND: u32 = 4u;
+const SHARES: u32 = 5u;
 
 @group(0) @binding(0) var<uniform> shade: Shade;
 @group(0) @binding(1) var normals: texture_2d<f32>;
@@ -29,6 +30,7 @@ const SECOND: u32 = 4u;
 @group(0) @binding(5) var second: texture_2d<f32>;
 @group(0) @binding(6) var reference: texture_2d<f32>;
 @group(0) @binding(7) var second_normals: texture_2d<f32>;
+@group(0) @binding(8) var shares: texture_2d<f32>;
 
 /// Keeps white paint below white.
 const EXPOSURE: f32 = 0.45;
@@ -96,6 +98,7 @@ fn colour(pixel: vec2<u32>) -> vec3<f32> {
         case VISIBILITY: { return vec3(visibility); }
         case NORMALS: { return normal_colour(normal); }
         case SECOND: { return normal_colour(textureLoad(second_normals, texel, 0).xyz); }
+        case SHARES: { return textureLoad(shares, min(pixel, textureDimensions(shares) - 1u), 0).xyz; }
         case ERROR: { return diverging((visibility - visibility_at(reference, pixel)) / ERROR_SCALE); }
         default: {}
     }

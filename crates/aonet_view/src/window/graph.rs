@@ -25,7 +25,9 @@ const METHODS: [Color32; Method::ALL.len()] = [
     Color32::from_rgb(190, 120, 80),
     Color32::from_rgb(168, 132, 60),
     Color32::from_rgb(132, 176, 60),
+    Color32::from_rgb(236, 196, 72),
     Color32::from_rgb(240, 160, 64),
+    Color32::from_rgb(110, 130, 210),
     Color32::from_rgb(150, 120, 190),
     Color32::from_rgb(214, 128, 188),
 ];

@@ -123,7 +123,8 @@ pub(super) fn key(event: &WindowEvent, viewer: &mut Viewer) -> Option<Request> {
 }
 
 fn pressed(code: KeyCode, viewer: &mut Viewer) -> Option<Request> {
-    let shows = [KeyCode::Digit1, KeyCode::Digit2, KeyCode::Digit3, KeyCode::Digit4, KeyCode::Digit5];
+    use KeyCode::{Digit1, Digit2, Digit3, Digit4, Digit5, Digit6};
+    let shows: [_; crate::Show::ALL.len()] = [Digit1, Digit2, Digit3, Digit4, Digit5, Digit6];
     if let Some(i) = shows.iter().position(|key| *key == code) {
         viewer.show = crate::Show::ALL[i];
     }

@@ -241,7 +241,7 @@ pub(super) mod tests {
             Scene { position, normal: vec![Vec3::Z; 3], triangle: vec![[0, 1, 2]], ..Scene::default() };
         let text = br#"{"eye": [0, 0, 3], "target": [0, 0, 0], "width": 200, "height": 100, "radius": 0.5}"#;
         let view = serde_json::from_slice(text).unwrap();
-        let methods = [Method::Gtao, Method::Network];
+        let methods = [Method::Gtao, Method::Balanced];
         let (split, show, way) = (0.5, Show::Shaded, None);
         Start { tracer: Tracer::new(scene), view, methods, split, show, way }
     }

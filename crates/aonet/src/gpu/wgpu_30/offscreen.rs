@@ -56,9 +56,22 @@ impl Offscreen {
         window: impl Into<Window>,
         precision: Precision,
     ) -> Result<Self> {
+        Self::in_layers(device, model, (window, Layers::One), precision)
+    }
+
+    /// The same for frames with one layer or two. Networks that read only the first layer give the same image for both.
+    ///
+    /// # Errors
+    /// As [`Session::new`].
+    pub fn in_layers(
+        device: &Device,
+        model: &Model,
+        (window, layers): (impl Into<Window>, Layers),
+        precision: Precision,
+    ) -> Result<Self> {
         let window = window.into();
         let kernels = device.matrices.map_or(Kernels::Plain, Kernels::Matrices);
-        let options = Options { precision, kernels, ..OPTIONS };
+        let options = Options { precision, kernels, layers, ..OPTIONS };
         let session = Session::new((&device.device, &device.queue), model, window.buffer_size(), options)?;
         let precision = session.precision();
         Self::of(device, session.into_runner(), (window, precision))

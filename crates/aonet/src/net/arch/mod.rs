@@ -111,14 +111,13 @@ mod tests {
 
     #[test]
     fn ours_costs_less_than_the_papers() {
-        let [ours, paper] =
-            [ModelConfig::any_radius(), ModelConfig::paper()].map(|c| Graph::new(&c).unwrap());
+        let [ours, paper] = [ModelConfig::balanced(), ModelConfig::paper()].map(|c| Graph::new(&c).unwrap());
         assert!(ours.params_count() < paper.params_count() && ours.macs_per_pixel() < paper.macs_per_pixel());
     }
 
     #[test]
     fn parameter_names_are_unique() {
-        let params = Graph::new(&ModelConfig::any_radius()).unwrap().params();
+        let params = Graph::new(&ModelConfig::balanced()).unwrap().params();
         let names: std::collections::BTreeSet<_> = params.iter().map(|p| &p.name).collect();
         assert_eq!(names.len(), params.len());
     }
@@ -138,7 +137,7 @@ mod tests {
         let shown = Features::normal().with(Channel::HorizonOcclusion);
         assert!(error(ModelConfig { features: shown, ..paper() }).contains("search"));
         let bad = SearchConfig::Agtao(AgtaoParams { power: f32::NAN, ..AgtaoParams::default() });
-        assert!(error(ModelConfig { search: Some(bad), ..ModelConfig::any_radius() }).contains("power"));
+        assert!(error(ModelConfig { search: Some(bad), ..ModelConfig::balanced() }).contains("power"));
         for channels in [vec![], vec![Channel::Depth], vec![Channel::Normal(Axis::X)]] {
             assert!(error(ModelConfig { features: Features::new(channels), ..paper() }).contains("features"));
         }
@@ -148,14 +147,14 @@ mod tests {
 
     #[test]
     fn searches_feed_what_reads_them() {
-        let both = Graph::new(&ModelConfig::any_radius()).unwrap();
+        let both = Graph::new(&ModelConfig::balanced()).unwrap();
         let search = Op::Search { search: SearchConfig::tuned() };
         assert_eq!(both.nodes()[0], Node { op: search, channels: 1, stride: 1 });
         assert!(matches!(both.nodes()[1].op, Op::Input { search: Some(0), .. }));
         assert!(matches!(both.nodes()[both.output()].op, Op::Correct { search: 0, .. }));
-        let unseen = ModelConfig { features: Features::normal(), ..ModelConfig::any_radius() };
+        let unseen = ModelConfig { features: Features::normal(), ..ModelConfig::balanced() };
         assert!(matches!(Graph::new(&unseen).unwrap().nodes()[1].op, Op::Input { search: None, .. }));
-        let kernels = ModelConfig { kernel: KernelWeights::Linear, ..ModelConfig::any_radius() };
+        let kernels = ModelConfig { kernel: KernelWeights::Linear, ..ModelConfig::balanced() };
         let kernels = Graph::new(&kernels).unwrap();
         let Op::Correct { correction, .. } = kernels.nodes()[kernels.output()].op else {
             panic!("no correction")

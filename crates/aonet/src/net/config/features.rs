@@ -43,7 +43,7 @@ pub enum Channel {
     ProjectedRadius,
     /// 1 minus the visibility that the network's search finds; 0 on the background.
     HorizonOcclusion,
-    /// A share of light that the network's search tells; 0 on the background. The open share, the rest, is no channel.
+    /// A share of light that the network's search reports; 0 on the background. The open share, the rest, is no channel.
     Light(Share),
     /// 1 everywhere if the frame has a second layer, else 0: hidden light means less where one was looked behind.
     SecondLayer,
@@ -210,7 +210,7 @@ impl Features {
         self.0.iter().position(|c| *c == Channel::HorizonOcclusion)
     }
 
-    /// Normal, projected radius, every share of light that connected arcs tell, and whether there is a second layer.
+    /// Normal, projected radius, every share of light that connected arcs report, and whether there is a second layer.
     pub fn normal_radius_light() -> Self {
         let shares = Share::ALL.into_iter().skip(1).map(Channel::Light);
         shares.fold(Self::normal_projected_radius(), Self::with).with(Channel::SecondLayer)

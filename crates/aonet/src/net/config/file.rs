@@ -100,7 +100,7 @@ mod tests {
         assert_eq!(old.features, Features::normal_radius_horizon());
         assert_eq!((old.kernel, old.output), (KernelWeights::Off, Output::Correction));
         assert_eq!(old.search, Some(SEARCH_OF_OLD_FILES));
-        assert_eq!(&old, Model::from_bytes(shipped::ANY_RADIUS).unwrap().config());
+        assert_eq!(&old, Model::from_bytes(shipped::BALANCED).unwrap().config());
         for name in ["normal", "normal_encoded", "normal_depth", "normal_projected_radius"] {
             let json = OLD.replace("normal_radius_horizon", name).replace("correction", "linear");
             let config = config(&json).unwrap();
@@ -110,7 +110,7 @@ mod tests {
 
     #[test]
     fn configurations_round_trip() {
-        for written in [ModelConfig::paper(), ModelConfig::any_radius(), ModelConfig::deep_shading()] {
+        for written in [ModelConfig::paper(), ModelConfig::balanced(), ModelConfig::deep_shading()] {
             let json = serde_json::to_string(&written).unwrap();
             assert_eq!(config(&json).unwrap(), written, "{json}");
         }
@@ -127,7 +127,7 @@ mod tests {
 
     #[test]
     fn a_list_of_channels_brings_its_own_search() {
-        let mut value = serde_json::to_value(ModelConfig::any_radius()).unwrap();
+        let mut value = serde_json::to_value(ModelConfig::balanced()).unwrap();
         value.as_object_mut().unwrap().remove("search");
         let without: ModelConfig = serde_json::from_value(value).unwrap();
         assert!(without.checked().unwrap_err().to_string().contains("search"));

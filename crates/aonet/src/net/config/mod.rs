@@ -44,8 +44,8 @@ pub enum Output {
     Visibility,
     /// The output is added to the visibility that the search finds. Needs [`ModelConfig::search`].
     Correction,
-    /// The same, and weights of the shares of light that the search tells: how much of what is hidden, or off the frame, is open
-    /// after all. Needs a search that tells shares, and no kernels.
+    /// The same, and weights of the shares of light that the search reports: how much of what is hidden, or off the frame, is open
+    /// after all. Needs a search that reports shares, and no kernels.
     Shares,
 }
 
@@ -151,7 +151,7 @@ impl ModelConfig {
 
     /// Ours: corrects a horizon search, knows the radius, has one more level and no kernels; fewer
     /// multiplications than the paper's.
-    pub fn any_radius() -> Self {
+    pub fn balanced() -> Self {
         Self {
             features: Features::normal_radius_horizon(),
             kernel: KernelWeights::Off,
@@ -222,7 +222,7 @@ impl ModelConfig {
         if let Some(channel) = self.features.channels().iter().find(absent) {
             return Err(Error::config(
                 "search",
-                format!("arcs, which tells {}", channel.name()),
+                format!("arcs, which reports {}", channel.name()),
                 "another one",
             ));
         }

@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 pub enum SearchConfig {
     /// Attenuated GTAO.
     Agtao(AgtaoParams),
-    /// Connected arcs, which tell shares of light besides.
+    /// Connected arcs, which also report shares of light.
     Arcs(ArcsParams),
 }
 
@@ -45,7 +45,7 @@ impl SearchConfig {
         }
     }
 
-    /// Numbers that it tells of a pixel: the visibility, then the shares of light that it tells apart.
+    /// Number of values that it reports for a pixel: the visibility, then each share of light.
     pub fn planes(&self) -> usize {
         match self {
             Self::Agtao(_) => 1,

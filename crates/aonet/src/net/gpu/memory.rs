@@ -77,7 +77,7 @@ mod tests {
 
     #[test]
     fn tensors_of_one_buffer_never_live_at_once() {
-        for config in [ModelConfig::paper(), ModelConfig::any_radius(), ModelConfig::deep_ao()] {
+        for config in [ModelConfig::paper(), ModelConfig::balanced(), ModelConfig::deep_ao()] {
             let plan = Plan::new(&Graph::new(&config).unwrap(), Size::px(640, 360)).unwrap();
             let (place, sizes) = share(&plan.buffers, |b| b.channels * b.height * b.width);
             for (i, a) in plan.buffers.iter().enumerate() {

@@ -15,7 +15,7 @@
 //! use aonet::net::{Model, shipped};
 //!
 //! fn once(device: &wgpu::Device, queue: &wgpu::Queue) -> aonet::Result<Session> {
-//!     let model = Model::from_bytes(shipped::ANY_RADIUS)?;
+//!     let model = Model::from_bytes(shipped::BALANCED)?;
 //!     Session::new((device, queue), &model, Size::px(1280, 720), Options::default())
 //! }
 //!

@@ -14,7 +14,7 @@ use crate::net::gpu::head::Head;
 use crate::net::gpu::memory::Memory;
 use crate::net::graph::Graph;
 use crate::net::model::Model;
-use crate::net::plan::{BufferId, Plan, Step};
+use crate::net::plan::{BufferId, HeadStep, Plan, Step};
 use crate::search::gpu::{agtao, arcs, denoise, pixels, surfels};
 
 /// Sources of a convolution at most: with weights, bias and output they are within the eight storage buffers that
@@ -28,40 +28,9 @@ pub struct Network {
     surface: Surface,
     features: Features,
     graph: Graph,
-    steps: Vec<PackedStep>,
-}
-
-/// A step of a plan with its packed weights.
-#[derive(Debug)]
-enum PackedStep {
-    /// Normals of the second layer.
-    Surfels {
-        output: BufferId,
-    },
-    Search {
-        search: SearchConfig,
-        surfels: Option<BufferId>,
-        output: BufferId,
-    },
-    Filter {
-        search: SearchConfig,
-        input: BufferId,
-        output: BufferId,
-    },
-    Features {
-        search: Option<BufferId>,
-        output: BufferId,
-        patch: usize,
-    },
-    Conv(Conv),
-    Head {
-        head: Head,
-        patch: usize,
-        base: Option<(BufferId, usize)>,
-    },
-    Image {
-        input: BufferId,
-    },
+    /// In the order of the plan's steps, which is that of every size.
+    convs: Vec<Conv>,
+    head: Option<Head>,
 }
 
 impl Network {
@@ -74,11 +43,26 @@ impl Network {
         let features = model.config().features.clone();
         let precision = precision.of(&features);
         let arithmetic = Arithmetic { precision, kernels: kernels.of(precision) };
-        // Its steps are those of every size.
         let plan = Plan::new(model.graph(), Size::px(1, 1))?;
-        let steps = plan.steps.iter().map(|step| PackedStep::new(step, &plan, model, arithmetic));
+        let (mut convs, mut head) = (Vec::new(), None);
+        for step in &plan.steps {
+            match step {
+                Step::Conv(conv) if conv.sources.len() > MAX_SOURCES => {
+                    let expected = format!("at most {MAX_SOURCES} inputs side by side");
+                    return Err(Error::config(&conv.name, expected, conv.sources.len()));
+                }
+                Step::Conv(conv) => convs.push(Conv::new(arithmetic, &plan, model.weights(), conv)),
+                Step::Head(step) => head = Some(Head::new(arithmetic, &plan, model.weights(), step)),
+                Step::Surfels { .. }
+                | Step::Search { .. }
+                | Step::Filter { .. }
+                | Step::Features { .. }
+                | Step::Image { .. } => {}
+            }
+        }
         Ok(Self {
-            steps: steps.collect::<Result<_>>()?,
+            convs,
+            head,
             surface: Surface { precision, textures },
             arithmetic,
             features,
@@ -93,68 +77,65 @@ impl Network {
         let depth_range = (self.features.sees(Channel::DepthNormalized))
             .then(|| features::depth_range::push(surface, plan.size, list));
         let context = Context { arithmetic, surface, plan, memory: &memory };
-        let mut last = None;
-        for step in &self.steps {
-            last = self.push_step(step, &context, depth_range, list).or(last);
-        }
-        let last = last.ok_or_else(|| Error::config("graph", "an image at the end", "none"))?;
-        Ok(last.draw(surface, list))
-    }
-
-    /// Adds the dispatches of a step to the list; returns the image that the step ends with, if it does.
-    fn push_step(
-        &self,
-        step: &PackedStep,
-        context: &Context<'_>,
-        depth_range: Option<program::BufferId>,
-        list: &mut Dispatches,
-    ) -> Option<Image> {
-        let Context { surface, plan, memory, .. } = *context;
+        let mut convs = self.convs.iter();
         let place = |id: &BufferId| memory.of(*id);
-        match step {
-            PackedStep::Surfels { output } => {
-                if surface.textures.layers == Layers::Two {
-                    surfels::push_into(place(output), surface, plan.size, list);
+        let mut image = None;
+        for step in &plan.steps {
+            match step {
+                // Shaders read the normals of the first layer from its texture.
+                Step::Surfels { outputs: [_, second] } => {
+                    if surface.textures.layers == Layers::Two {
+                        surfels::push_into(place(second), surface, plan.size, list);
+                    }
+                }
+                Step::Search { search, surfels, output } => {
+                    let second = surfels.filter(|_| surface.textures.layers == Layers::Two);
+                    let second = second.map(|[_, second]| place(&second));
+                    push_search(search, surface, (second, place(output)), plan.size, list);
+                }
+                Step::Filter { search, input, output } => {
+                    let shader = denoise::shader(surface, search.filter(), search.planes());
+                    denoise::push(shader, [place(input), place(output)], plan.size, list);
+                }
+                Step::Features { search, output, patch } => {
+                    let search = search.as_ref().map(place);
+                    let target = Target { output: *output, patch: *patch, depth_range, search };
+                    features::push(&self.features, target, &context, list);
+                }
+                Step::Conv(_) => convs.next().expect("packed for every size").push(&context, list),
+                Step::Head(HeadStep { patch, planes, base, .. }) => {
+                    let head = self.head.as_ref().expect("packed for every size");
+                    let raw = list.storage("visibility", head.raw_len(plan) * size_of::<f32>());
+                    head.push(&context, raw, list);
+                    let base = base.as_ref().map(|found| (place(found), *planes));
+                    image =
+                        Some(Image { raw: Raw::Pixels(raw), patch: *patch, cells: plan.cells(*patch), base });
+                }
+                Step::Image { input } => {
+                    let raw = Raw::FirstChannel(place(input));
+                    image = Some(Image { raw, patch: 1, cells: plan.padded, base: None });
                 }
             }
-            PackedStep::Search { search, surfels, output } => {
-                let shader = match search {
-                    SearchConfig::Agtao(params) => agtao::shader(surface, params),
-                    SearchConfig::Arcs(params) => arcs::shader(surface, params, search.planes()),
-                };
-                let seen = surfels.filter(|_| surface.textures.layers == Layers::Two);
-                let mut bindings = vec![Binding::Write(place(output))];
-                bindings.extend(seen.map(|surfels| Binding::Read(place(&surfels))));
-                pixels::push(search.method().name(), shader, &bindings, plan.size, list);
-            }
-            PackedStep::Filter { search, input, output } => {
-                let shader = denoise::shader(surface, search.filter(), search.planes());
-                denoise::push(shader, [place(input), place(output)], plan.size, list);
-            }
-            PackedStep::Features { search, output, patch } => {
-                let search = search.as_ref().map(place);
-                let target = Target { output: *output, patch: *patch, depth_range, search };
-                features::push(&self.features, target, context, list);
-            }
-            PackedStep::Conv(conv) => conv.push(context, list),
-            PackedStep::Head { head, patch, base } => {
-                let raw = list.storage("visibility", head.raw_len(plan) * size_of::<f32>());
-                head.push(context, raw, list);
-                let cells = plan.cells(*patch);
-                return Some(Image {
-                    raw: Raw::Pixels(raw),
-                    patch: *patch,
-                    cells,
-                    base: base.as_ref().map(|(found, planes)| (place(found), *planes)),
-                });
-            }
-            PackedStep::Image { input } => {
-                let raw = Raw::FirstChannel(place(input));
-                return Some(Image { raw, patch: 1, cells: plan.padded, base: None });
-            }
         }
-        None
+        let image = image.ok_or_else(|| Error::config("graph", "an image at the end", "none"))?;
+        Ok(image.draw(surface, list))
     }
+}
+
+/// Adds the dispatch of a search; it reads the packed normals of the second layer, if there is one, and writes the output.
+fn push_search(
+    search: &SearchConfig,
+    surface: Surface,
+    (second, output): (Option<program::BufferId>, program::BufferId),
+    size: Size,
+    list: &mut Dispatches,
+) {
+    let shader = match search {
+        SearchConfig::Agtao(params) => agtao::shader(surface, params),
+        SearchConfig::Arcs(params) => arcs::shader(surface, params, search.planes()),
+    };
+    let bindings: Vec<_> = std::iter::once(Binding::Write(output)).chain(second.map(Binding::Read)).collect();
+    pixels::push(search.method().name(), shader, &bindings, size, list);
 }
 
 impl Describe for Network {
@@ -163,36 +144,5 @@ impl Describe for Network {
         let image = self.push(&Plan::new(&self.graph, size)?, &mut list)?;
         let (textures, arithmetic) = (self.surface.textures, self.arithmetic);
         Ok(Program { size, textures, arithmetic, dispatches: list, image, trusted: true })
-    }
-}
-
-impl PackedStep {
-    fn new(step: &Step, plan: &Plan, model: &Model, arithmetic: Arithmetic) -> Result<Self> {
-        let weights = model.weights();
-        Ok(match step {
-            // Shaders read the normals of the first layer from its texture.
-            Step::Surfels { outputs: [_, second] } => Self::Surfels { output: *second },
-            Step::Search { search, surfels, output } => {
-                Self::Search { search: *search, surfels: surfels.map(|[_, second]| second), output: *output }
-            }
-            Step::Filter { search, input, output } => {
-                Self::Filter { search: *search, input: *input, output: *output }
-            }
-            Step::Features { search, output, patch } => {
-                Self::Features { search: *search, output: *output, patch: *patch }
-            }
-            Step::Conv(conv) => {
-                if conv.sources.len() > MAX_SOURCES {
-                    let expected = format!("at most {MAX_SOURCES} inputs side by side");
-                    return Err(Error::config(&conv.name, expected, conv.sources.len()));
-                }
-                Self::Conv(Conv::new(arithmetic, plan, weights, conv))
-            }
-            Step::Head(step) => {
-                let head = Head::new(arithmetic, plan, weights, step);
-                Self::Head { head, patch: step.patch, base: step.base.map(|found| (found, step.planes)) }
-            }
-            Step::Image { input } => Self::Image { input: *input },
-        })
     }
 }

@@ -49,6 +49,15 @@ impl Planes {
         Self { channels, height, width, values }
     }
 
+    /// An image of rows in which its planes alternate: what
+    /// [`search_planes`](crate::net::features::search_planes) returns.
+    ///
+    /// # Panics
+    /// When there are fewer values.
+    pub fn from_rows((channels, height, width): (usize, usize, usize), rows: &[f32]) -> Self {
+        Self::from_fn((channels, height, width), |c, y, x| rows[(y * channels + c) * width + x])
+    }
+
     /// The value at (c, y, x); coordinates outside the image repeat its edge.
     pub fn at(&self, c: usize, y: isize, x: isize) -> f32 {
         let y = y.clamp(0, self.height as isize - 1) as usize;
@@ -68,7 +77,7 @@ impl Planes {
 pub struct Inputs {
     /// CxHxW.
     pub features: Planes,
-    /// The visibility that the search found and the shares that it tells, if the network has a search.
+    /// The visibility that the search found and the shares that it reports, if the network has a search.
     pub search: Option<Planes>,
 }
 
@@ -122,7 +131,7 @@ pub fn run_with_search(
     AoImage::new(window.size(), window.cropped(visibility.collect()))
 }
 
-/// The visibility that the network's search finds on a frame, and the shares that it tells, if it has a search.
+/// The visibility that the network's search finds on a frame, and the shares that it reports, if it has a search.
 pub fn search(model: &Model, gbuffer: &GBuffer, params: AoParams) -> Option<Planes> {
     model.config().search.map(|config| search::search(&config, gbuffer, params))
 }

@@ -18,7 +18,7 @@ const MOST_GRAZING: f64 = 0.1;
 /// Least cosine between the projected normal and the viewer that the open sky is counted for.
 const MOST_AVERTED: f64 = -0.25;
 
-/// What a search finds, its filter included: the visibility, and the shares that it tells.
+/// What a search finds, its filter included: the visibility, and the shares that it reports.
 pub(super) fn search(config: &SearchConfig, gbuffer: &GBuffer, params: AoParams) -> Planes {
     let screen = Screen::new(gbuffer, params);
     let mut found = match config {

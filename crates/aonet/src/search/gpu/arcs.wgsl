@@ -231,7 +231,7 @@ fn counts_on(p: Pixel, s: Slice, side: Side, jitter: f32) -> array<f32, SHARES> 
     return counts;
 }
 
-/// The visibility, then the shares of light if they are told.
+/// The visibility, then the shares of light if they are wanted.
 fn planes_at(p: Pixel, noise: vec2<f32>) -> array<f32, PLANES> {
     var shares: array<f32, SHARES>;
     var open = 0.0;

@@ -1,6 +1,6 @@
 //! Classic methods as programs.
 
-use super::{agtao, arcs, denoise, gtao, hbao, pixels, ssao, ssdo, surfels, vbao};
+use super::{agtao, arcs, denoise, gtao, hbao, pixels, shares, ssao, ssdo, surfels, vbao};
 use crate::error::{Error, Result};
 use crate::frame::size::Size;
 use crate::gpu::image::{Image, Raw};
@@ -8,15 +8,33 @@ use crate::gpu::options::{Precision, TextureEncoding};
 use crate::gpu::program::{Arithmetic, Binding, BufferId, Describe, Dispatches, Program};
 use crate::gpu::shader::Shader;
 use crate::gpu::surface::Surface;
-use crate::search::Classic;
 use crate::search::gpu::hemisphere;
 use crate::search::gpu::pyramid::Pyramid;
+use crate::search::{ArcsParams, Classic, PLANES};
 
 /// A classic method that describes its programs. They compute in 32-bit floats. NNAO has no shaders.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Method {
     method: Classic,
     surface: Surface,
+    picture: Picture,
+}
+
+/// What a program draws.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Picture {
+    Visibility,
+    Shares,
+}
+
+impl Picture {
+    /// Values that the search writes for a pixel.
+    fn planes(self) -> usize {
+        match self {
+            Self::Visibility => 1,
+            Self::Shares => PLANES,
+        }
+    }
 }
 
 impl Method {
@@ -25,9 +43,22 @@ impl Method {
     /// # Errors
     /// When the method is NNAO or a parameter is out of its range.
     pub fn new(method: &Classic, textures: TextureEncoding) -> Result<Self> {
+        Self::drawing(Picture::Visibility, method, textures)
+    }
+
+    /// Connected arcs whose picture is not the visibility but the shares of light that they find, before any filter, as a mixture
+    /// of the colours [`Share::colour`](crate::search::Share::colour): to see what a frame shows and what it hides.
+    ///
+    /// # Errors
+    /// When a parameter is out of its range.
+    pub fn shares(params: &ArcsParams, textures: TextureEncoding) -> Result<Self> {
+        Self::drawing(Picture::Shares, &Classic::Arcs(*params), textures)
+    }
+
+    fn drawing(picture: Picture, method: &Classic, textures: TextureEncoding) -> Result<Self> {
         let (method, surface) = (method.checked()?, Surface { precision: Precision::F32, textures });
-        shader(surface, &method)?;
-        Ok(Self { method, surface })
+        shader(surface, &method, picture.planes())?;
+        Ok(Self { method, surface, picture })
     }
 
     /// Adds the dispatches that fill `found`.
@@ -48,7 +79,7 @@ impl Method {
             Classic::Arcs(_) => bindings.extend(surfels::push(self.surface, size, list)),
             Classic::Hbao(_) | Classic::Vbao(_) | Classic::Agtao(_) | Classic::Nnao(_) => {}
         }
-        let shader = shader(self.surface, &self.method)?;
+        let shader = shader(self.surface, &self.method, self.picture.planes())?;
         pixels::push(self.method.name(), shader, &bindings, size, list);
         Ok(())
     }
@@ -56,26 +87,36 @@ impl Method {
 
 impl Describe for Method {
     fn program(&self, size: Size) -> Result<Program> {
-        let (surface, mut list) = (self.surface, Dispatches::default());
-        let buffers = [(); 2].map(|()| pixels::visibility(&mut list, "visibility", size));
+        let (surface, planes, mut list) = (self.surface, self.picture.planes(), Dispatches::default());
+        let bytes = planes * size.pixels() * size_of::<f32>();
+        let buffers = [(); 2].map(|()| list.storage("found", bytes));
         self.push_search(buffers[0], size, &mut list)?;
         let filter = self.method.denoise();
-        for i in 0..filter.passes as usize {
+        let passes = match self.picture {
+            Picture::Visibility => filter.passes as usize,
+            Picture::Shares => 0,
+        };
+        for i in 0..passes {
             let way = [buffers[i % 2], buffers[(i + 1) % 2]];
             denoise::push(denoise::shader(surface, filter, 1), way, size, &mut list);
         }
-        let raw = Raw::Pixels(buffers[filter.passes as usize % 2]);
-        let image = Image { raw, patch: 1, cells: size, base: None }.draw(surface, &mut list);
+        let found = buffers[passes % 2];
+        let image = match self.picture {
+            Picture::Visibility => {
+                Image { raw: Raw::Pixels(found), patch: 1, cells: size, base: None }.draw(surface, &mut list)
+            }
+            Picture::Shares => shares::draw(found, surface, &mut list),
+        };
         let (textures, arithmetic) = (surface.textures, Arithmetic::PLAIN);
         Ok(Program { size, textures, arithmetic, dispatches: list, image, trusted: true })
     }
 }
 
-/// The shader of a method's search, before its filter.
+/// The shader of a method's search, before its filter; only arcs write more than one plane.
 ///
 /// # Errors
 /// When it has none.
-fn shader(surface: Surface, method: &Classic) -> Result<Shader> {
+fn shader(surface: Surface, method: &Classic, planes: usize) -> Result<Shader> {
     Ok(match method {
         Classic::Ssao(params) => ssao::shader(surface, params),
         Classic::Hbao(params) => hbao::shader(surface, params),
@@ -83,7 +124,7 @@ fn shader(surface: Surface, method: &Classic) -> Result<Shader> {
         Classic::Gtao(params) => gtao::shader(surface, params),
         Classic::Vbao(params) => vbao::shader(surface, params),
         Classic::Agtao(params) => agtao::shader(surface, params),
-        Classic::Arcs(params) => arcs::shader(surface, params, 1),
+        Classic::Arcs(params) => arcs::shader(surface, params, planes),
         Classic::Nnao(_) => {
             let expected = "ssao, hbao, ssdo, gtao, vbao, agtao or arcs";
             return Err(Error::value("method on a graphics device", expected, method.name()));
@@ -94,6 +135,7 @@ fn shader(surface: Surface, method: &Classic) -> Result<Shader> {
 #[cfg(all(test, feature = "gpu"))]
 mod tests {
     use super::*;
+    use crate::gpu::image::covering;
     use crate::gpu::options::Layers;
     use crate::net::gpu::valid::{PRECISIONS, encodings, validate};
     use crate::search::gpu::pyramid;
@@ -115,11 +157,12 @@ mod tests {
             for textures in encodings() {
                 let of = Surface { precision, textures };
                 for method in methods() {
-                    validate(shader(of, &method).unwrap().source(), &format!("{method:?}"));
+                    validate(shader(of, &method, 1).unwrap().source(), &format!("{method:?}"));
                 }
                 if textures.layers == Layers::Two {
                     validate(surfels::shader(of).source(), "surfels");
                 }
+                validate(&covering(shares::shader(of).source()), "shares");
                 validate(pyramid::shader(of, &GtaoParams::default()).source(), "pyramid");
                 for planes in [1, PLANES] {
                     let filter = AgtaoParams::default().denoise();

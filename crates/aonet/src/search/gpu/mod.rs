@@ -11,6 +11,7 @@ pub(crate) mod pixels;
 mod pyramid;
 #[cfg(feature = "gpu")]
 mod session;
+mod shares;
 mod slices;
 mod ssao;
 mod ssdo;

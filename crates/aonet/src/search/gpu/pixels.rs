@@ -1,7 +1,7 @@
 //! A method that looks around every pixel.
 
 use crate::frame::size::Size;
-use crate::gpu::program::{Binding, BufferId, Dispatch, Dispatches};
+use crate::gpu::program::{Binding, Dispatch, Dispatches};
 use crate::gpu::shader::Shader;
 use crate::gpu::surface::Surface;
 use crate::search::noise;
@@ -21,22 +21,22 @@ pub(crate) fn shader(surface: Surface, by: Reach) -> Shader {
     of_planes(surface, by, 1).part(include_str!("visibility.wgsl"))
 }
 
-/// The same for a method that tells so many numbers of a pixel, with `planes_at`.
+/// The same for a method that reports so many values for a pixel, with `planes_at`.
 pub(crate) fn of_planes(surface: Surface, by: Reach, planes: usize) -> Shader {
     surface
         .shader()
         .float("RADIUS_SCALE", by.radius_scale)
         .float("POWER", by.power)
         .tile(TILE)
-        .number("NOISE_TILE", noise::TILE)
+        .number("NOISE_SIDE", noise::SIDE)
+        .number("NOISE_COUNT", noise::COUNT)
+        .number("NOISE_RIGHT", noise::STEPS[0])
+        .number("NOISE_DOWN", noise::STEPS[1])
+        .number("NOISE_FACTOR", noise::FACTOR)
+        .float("NOISE_OFFSET", noise::OFFSET)
         .number("PLANES", planes)
         .part(include_str!("noise.wgsl"))
         .part(include_str!("pixels.wgsl"))
-}
-
-/// Adds a buffer for one number a pixel.
-pub(crate) fn visibility(list: &mut Dispatches, label: &str, size: Size) -> BufferId {
-    list.storage(label, size.pixels() * size_of::<f32>())
 }
 
 /// Adds the dispatch of a shader over a frame of `size`.

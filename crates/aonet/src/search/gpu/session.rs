@@ -4,8 +4,8 @@ use crate::error::Result;
 use crate::frame::size::Size;
 use crate::gpu::wgpu_30::options::Options;
 use crate::gpu::wgpu_30::session::Session;
-use crate::search::Classic;
 use crate::search::gpu::method::Method;
+use crate::search::{ArcsParams, Classic};
 
 impl Session<Method> {
     /// A session for frames of `size`. Precision and kernels of the options do not matter.
@@ -20,5 +20,19 @@ impl Session<Method> {
         options: Options,
     ) -> Result<Self> {
         Self::of(on, Method::new(method, options.textures())?, size, options.output)
+    }
+
+    /// A session that draws the shares of light that connected arcs find, as [`Method::shares`] describes. The format of the options
+    /// has three channels at least, such as `Rgba8Unorm`.
+    ///
+    /// # Errors
+    /// As [`Session::new`].
+    pub fn shares(
+        on: (&wgpu::Device, &wgpu::Queue),
+        params: &ArcsParams,
+        size: Size,
+        options: Options,
+    ) -> Result<Self> {
+        Self::of(on, Method::shares(params, options.textures())?, size, options.output)
     }
 }

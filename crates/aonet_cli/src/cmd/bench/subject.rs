@@ -87,14 +87,14 @@ pub(super) fn collect(args: &Args) -> Result<Vec<Subject>> {
         subjects.push(Subject { name, source: Source::Classic(method) });
     }
     if subjects.is_empty() {
-        subjects.push(Subject { name: "any_radius".to_owned(), source: Source::Shipped });
+        subjects.push(Subject { name: "balanced".to_owned(), source: Source::Shipped });
     }
     Ok(subjects)
 }
 
 /// The networks of the project, one of each configuration, because weights do not change a time.
 fn networks(args: &Args) -> Result<Vec<Subject>> {
-    let own = Subject { name: "any_radius".to_owned(), source: Source::Shipped };
+    let own = Subject { name: "balanced".to_owned(), source: Source::Shipped };
     let paper = Some(PathBuf::from(PAPER)).filter(|path| path.is_file());
     let files = paper.into_iter().chain(rows()?);
     let files = files.map(|path| Subject { name: setup::name_of(&path), source: Source::File(path) });

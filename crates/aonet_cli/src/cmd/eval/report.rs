@@ -7,6 +7,7 @@ use anyhow::Result;
 use aonet_lab::dataset::Manifest;
 use aonet_lab::eval::phenomena::{self, Breakdown, Phenomenon, RadiusClass};
 use aonet_lab::eval::{Row, Table};
+use aonet_lab::plot::{Front, Point, fronts};
 use serde::Serialize;
 use serde_json::json;
 
@@ -47,7 +48,7 @@ pub(super) fn as_text(args: &Args, table: &Table, c: &Conditions) -> String {
     }
     if args.breakdown {
         text += &format!(
-            "\nRMSE / mean error (above zero: too bright) by place and by radius\n\n{}",
+            "\nRMSE / mean error (above zero: too bright) by place and by radius; grain of smooth surfaces beside the reference's\n\n{}",
             breakdown(table, style)
         );
     }
@@ -85,12 +86,31 @@ fn breakdown(results: &Table, style: Style) -> String {
     let mut header = vec!["method"];
     header.extend(Phenomenon::ALL.iter().map(|p| p.name()));
     header.extend(RadiusClass::ALL.iter().map(|c| c.name()));
+    header.push("grain");
     let cells = |(name, b): &(String, Breakdown)| {
         let errors = b.phenomena.iter().chain(&b.radii);
         let cell = |e: &phenomena::PixelError| format!("{} / {}", number(e.rmse(), 3), number(e.bias(), 3));
-        std::iter::once(name.clone()).chain(errors.map(cell)).collect()
+        let grain = number(b.grain.ratio(), 2);
+        std::iter::once(name.clone()).chain(errors.map(cell)).chain([grain]).collect()
     };
     table(&header, &results.breakdown.iter().map(cells).collect::<Vec<_>>(), style)
+}
+
+/// PSNR and SSIM over time: one colour for the networks, which are the first rows after the constant, and one for the rest.
+pub(super) fn as_plot(table: &Table, networks: usize) -> Result<String> {
+    let points = |score: fn(&Row) -> f64| -> Vec<Point> {
+        let timed = table.overall.iter().enumerate().filter_map(|(i, (name, row))| {
+            row.ms.map(|ms| Point {
+                label: name.clone(),
+                ms,
+                score: score(row),
+                group: usize::from(i > networks),
+            })
+        });
+        timed.collect()
+    };
+    let (psnr, ssim) = (points(|row| row.psnr), points(|row| row.ssim));
+    Ok(fronts(&[Front { title: "PSNR (dB)", points: &psnr }, Front { title: "SSIM", points: &ssim }])?)
 }
 
 pub(super) fn as_json(args: &Args, table: &Table, conditions: &Conditions) -> Result<String> {

@@ -123,7 +123,7 @@ fn of_step(model: &Model, plan: &Plan, step: &Step, precision: Precision) -> Opt
     })
 }
 
-/// One pass of the filter after a search that tells so many numbers of a pixel.
+/// One pass of the filter after a search that reports so many values for a pixel.
 fn filter(pixels: f64, planes: usize) -> PassCost {
     cost("denoise", FILTER_FLOP * pixels, (NORMAL + DEPTH + 2.0 * planes as f64 * VISIBILITY) * pixels)
 }
@@ -140,7 +140,7 @@ mod tests {
 
     #[test]
     fn convolutions_are_counted_as_the_graph_counts_them() {
-        for config in [ModelConfig::paper(), ModelConfig::any_radius(), ModelConfig::deep_ao()] {
+        for config in [ModelConfig::paper(), ModelConfig::balanced(), ModelConfig::deep_ao()] {
             let (model, size) = (model(config.clone()), Size::px(256, 128));
             let costs = network_costs(&model, size, Precision::F32).unwrap();
             let others = ["agtao", "denoise", "depth range", "features", "image"];

@@ -3,7 +3,7 @@
 use super::flags::KernelsFlag;
 use crate::cmd::bench::Args;
 use crate::cmd::bench::subject::{self, Method};
-use crate::{output, setup};
+use crate::output;
 use anyhow::{Context, Result};
 use aonet::gpu::{Device, Kernels, Precision};
 use aonet::net::{Model, shipped};
@@ -24,11 +24,11 @@ pub(super) fn methods(args: &Args) -> Result<Vec<(String, Method)>> {
         });
         return Ok(methods);
     }
-    let paper = Model::from_bytes(shipped::PAPER).context("the shipped network of the paper")?;
-    let mut methods = vec![
-        ("paper".to_owned(), Method::Network(Box::new(paper))),
-        ("any_radius".to_owned(), Method::Network(Box::new(setup::model(None)?))),
-    ];
+    let network = |(name, bytes): (&str, &[u8])| {
+        let model = Model::from_bytes(bytes).context("a shipped network")?;
+        anyhow::Ok((name.to_owned(), Method::Network(Box::new(model))))
+    };
+    let mut methods = shipped::ALL.into_iter().map(network).collect::<Result<Vec<_>>>()?;
     let classic = Classic::all().into_iter().filter(|m| !matches!(m, Classic::Nnao(_)));
     methods.extend(classic.map(|m| (m.name().to_owned(), Method::Classic(m))));
     Ok(methods)

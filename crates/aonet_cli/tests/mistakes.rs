@@ -1,0 +1,102 @@
+//! Mistakes that a newcomer makes: each gets a sentence that names it.
+
+mod common;
+
+use common::{aonet, json, ok, refusal};
+use std::path::Path;
+
+const VIEW: &str = r#"{"eye":[0.3,0.2,3.0],"target":[0,0,0],"width":48,"height":32,"radius":0.5}"#;
+
+/// A folder with a view and a frame of it.
+fn desk() -> tempfile::TempDir {
+    let dir = tempfile::tempdir().unwrap();
+    write(dir.path(), "view.json", VIEW);
+    ok(dir.path(), "render procedural:clutter_pile:5 --view view.json --ground -o frame.exr");
+    dir
+}
+
+fn write(folder: &Path, name: &str, text: &str) {
+    std::fs::write(folder.join(name), text).unwrap();
+}
+
+fn refused(folder: &Path, line: &str) -> String {
+    refusal(&aonet(folder, line).output().unwrap())
+}
+
+fn holds(message: &str, words: &[&str]) {
+    assert!(words.iter().all(|word| message.contains(word)), "expected {words:?} in {message}");
+}
+
+#[test]
+fn a_view_with_a_misspelt_field_is_refused() {
+    let desk = desk();
+    write(desk.path(), "typo.json", &VIEW.replace("\"eye\"", "\"fov_y\":90,\"eye\""));
+    let message = refused(desk.path(), "render procedural:clutter_pile:5 --view typo.json -o x.exr");
+    holds(&message, &["typo.json", "`fov_y`", "fov_y_deg"]);
+    write(desk.path(), "noted.json", &VIEW.replace("\"eye\"", "\"name\":\"a view\",\"eye\""));
+    ok(desk.path(), "render procedural:clutter_pile:5 --view noted.json -o x.exr");
+}
+
+#[test]
+fn a_radius_far_outside_of_the_trained_range_is_warned_of() {
+    let desk = desk();
+    let warning = |radius: &str| {
+        let output = aonet(desk.path(), &format!("infer frame.exr -o ao.png {radius}")).output().unwrap();
+        assert_eq!(output.status.code(), Some(0), "{output:?}");
+        String::from_utf8(output.stderr).unwrap()
+    };
+    for radius in ["--radius 1e30", "--radius 1e-6"] {
+        holds(&warning(radius), &["warning", "2 to 40 %"]);
+    }
+    assert!(!warning("").contains("warning"));
+    let info = json(desk.path(), "info balanced --json");
+    let range = info["radius_in_image_heights"].as_array().unwrap();
+    assert_eq!(range.iter().map(|v| v.as_f64().unwrap() as f32).collect::<Vec<_>>(), [0.02, 0.4]);
+}
+
+#[test]
+fn numbers_out_of_range_are_answered_in_the_units_they_were_given_in() {
+    let desk = desk();
+    holds(&refused(desk.path(), "infer frame.exr -o ao.png --radius -1"), &["--radius", "-1"]);
+    holds(&refused(desk.path(), "infer frame.exr -o ao.png --fov-y 180"), &["degrees", "180"]);
+    holds(&refused(desk.path(), "infer frame.exr -o ao.png --fov-y -5"), &["degrees", "-5"]);
+}
+
+#[test]
+fn files_that_are_no_openexr_files_are_said_to_be_none() {
+    let desk = desk();
+    write(desk.path(), "empty.exr", "");
+    holds(
+        &refused(desk.path(), "infer empty.exr -o ao.png"),
+        &["empty.exr", "OpenEXR file", "an empty file"],
+    );
+    write(desk.path(), "text.exr", VIEW);
+    holds(&refused(desk.path(), "infer text.exr -o ao.png"), &["text.exr", "begins"]);
+}
+
+#[test]
+fn the_list_of_parameters_fits_a_terminal() {
+    let desk = desk();
+    let help = ok(desk.path(), "classic --help");
+    let list = help.split_once("Parameters:").unwrap().1;
+    for method in ["gtao", "agtao", "arcs", "vbao", "hbao", "ssao", "ssdo", "nnao"] {
+        assert!(list.lines().any(|line| line.starts_with(&format!("{method} "))), "{method} in {list}");
+    }
+    let widest = list.lines().max_by_key(|line| line.len()).unwrap();
+    assert!(widest.len() <= 100, "{widest}");
+}
+
+#[test]
+fn all_means_the_same_methods_in_every_command() {
+    let desk = desk();
+    ok(desk.path(), "trace procedural:clutter_pile:5 --view view.json --ground --spp 4 -o traced.exr");
+    let names = |line: &str| -> Vec<String> {
+        let found = json(desk.path(), line);
+        let rows = found["methods"].as_array().unwrap().iter();
+        rows.map(|row| row["method"].as_str().unwrap().to_owned()).collect()
+    };
+    let tuned = names("gallery traced.exr -o g.png --json --method all:tuned --model balanced");
+    assert!(tuned.contains(&"agtao:tuned".to_owned()) && !tuned.contains(&"agtao".to_owned()), "{tuned:?}");
+    let plain = names("gallery traced.exr -o g.png --json --method all --model balanced");
+    assert!(plain.contains(&"agtao".to_owned()) && plain.len() == tuned.len(), "{plain:?}");
+}
