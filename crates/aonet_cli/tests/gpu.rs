@@ -3,7 +3,10 @@
 
 use aonet::AoImage;
 use aonet::gpu::Device;
+use aonet::net::shipped;
+use aonet::search::Classic;
 use aonet_lab::ao_file::load_ao;
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::{Command, Output};
 
@@ -172,8 +175,19 @@ fn times_are_those_of_passes_or_none() {
         let found = bench("");
         assert!(found["not_measured"].as_str().unwrap().contains("--software"), "{found}");
         let rows = found["rows"].as_array().unwrap();
-        // Three networks, at most in two precisions with two kernels, and seven classic methods.
-        assert!((10..=19).contains(&rows.len()) && rows.iter().all(|row| row["frame"].is_null()), "{found}");
+        // Every shipped network, at most in two precisions with two kernels, and every classic method with shaders.
+        let mut counts = BTreeMap::new();
+        for row in rows {
+            assert!(row["frame"].is_null(), "{row}");
+            *counts.entry(row["method"].as_str().unwrap()).or_insert(0) += 1;
+        }
+        let networks: Vec<_> = shipped::ALL.iter().map(|(name, _)| *name).collect();
+        let classic = Classic::all().iter().filter(|m| !matches!(m, Classic::Nnao(_))).count();
+        assert_eq!(counts.len(), networks.len() + classic, "{counts:?}");
+        for (method, count) in counts {
+            let most = if networks.contains(&method) { 4 } else { 1 };
+            assert!((1..=most).contains(&count), "{method}: {count} rows");
+        }
     }
 }
 

@@ -1,0 +1,154 @@
+#!/usr/bin/env python3
+"""Kills commands of aonet at random times, starts them again, and compares what they leave with undisturbed runs.
+
+    scripts/kills.py [--aonet PATH] [--kills 200] [--seed 1] [--only NAME...] [--markdown FILE]
+
+Every command first runs undisturbed. Then it is started and killed (SIGKILL) after a random share of that time, again and again; each
+time the script checks that every file with a final name is whole. The command that is let alone in the end must leave the same files as the undisturbed
+one, byte for byte. `train` takes part if the program was built with the feature `train`. Needs nothing but Python and the program.
+"""
+import argparse
+import hashlib
+import json
+import pathlib
+import random
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+
+VIEW = '{"eye":[0.5,3,5],"target":[0,0.5,0],"fov_y_deg":50,"width":160,"height":96,"radius":0.5}'
+TINY_NETWORK = {
+    "model": {"arch": "ao_net", "features": "normal", "patch": 4, "kernel": "off", "encoder": [8, 8], "decoder": [8]},
+    "steps": 60, "batch": 2, "crop": 32, "seed": 1, "validate_every": 20, "validation_frames": 1, "checkpoint_every": 10,
+}
+# Fields that say when and for how long something ran.
+TIMES = {"seconds", "ms", "elapsed", "time"}
+FRAMES = ["--procedural", "street:0..2", "--width", "64", "--height", "48", "--spp", "16"]
+
+
+def jobs(work):
+    """Name, arguments with OUT for the folder that is written to, and whether a second start continues the first one."""
+    data = str(work / "data")
+    frame = str(work / "frame.exr")
+    return [
+        ("dataset", ["dataset", "OUT/data", "--frames", "24", *FRAMES], True),
+        ("train", ["train", str(work / "tiny.json"), "--dataset", data, "-o", "OUT/run"], True),
+        ("tune", ["tune", "gtao", "--on", data, "--frames", "2", "--trials", "12", "-o", "OUT/gtao.json"], False),
+        ("eval", ["eval", data, "--classic", "all", "--split", "train", "--json", "-o", "OUT/eval.json"], False),
+        ("export", ["export", "balanced", "--onnx", "OUT/balanced.onnx"], False),
+        ("infer", ["infer", frame, "-o", "OUT/ao.exr"], False),
+        ("trace", ["trace", str(work / "scene.glb"), "--view", str(work / "view.json"), "--spp", "64", "-o", "OUT/frame.exr"], False),
+    ]
+
+
+def without_times(value):
+    if isinstance(value, dict):
+        return {k: without_times(v) for k, v in value.items() if k not in TIMES}
+    return [without_times(v) for v in value] if isinstance(value, list) else value
+
+
+def digest(path):
+    """Of the contents; of JSON without the times."""
+    data = path.read_bytes()
+    if path.suffix in (".json", ".jsonl"):
+        lines = data.splitlines() if path.suffix == ".jsonl" else [data]
+        data = json.dumps([without_times(json.loads(line)) for line in lines]).encode()
+    return hashlib.sha256(data).hexdigest()
+
+
+def contents(folder):
+    return {str(p.relative_to(folder)): digest(p) for p in sorted(folder.rglob("*")) if p.is_file() and not temporary(p)}
+
+
+def temporary(path):
+    return path.name.startswith(".") or path.suffix == ".tmp"
+
+
+def check_whole(folder, expected, grows, problems):
+    """Every file with a final name equals the undisturbed one, or can at least be read if the command changes it as it goes on."""
+    for path in folder.rglob("*"):
+        if not path.is_file() or temporary(path):
+            continue
+        name = str(path.relative_to(folder))
+        try:
+            if digest(path) != expected.get(name) and not grows:
+                problems.append(f"{name}: differs from the undisturbed run")
+        except ValueError as error:
+            problems.append(f"{name}: half written ({error})")
+
+
+def torture(job, program, kills, chance, work):
+    name, arguments, grows = job
+    run = lambda folder: [str(program), *(a.replace("OUT", str(folder)) for a in arguments)]
+    calm = work / f"{name}_calm"
+    calm.mkdir()
+    began = time.monotonic()
+    subprocess.run(run(calm), check=True, capture_output=True)
+    whole = time.monotonic() - began
+    expected, problems, done, finished, leftovers = contents(calm), [], 0, 0, 0
+    folder = work / f"{name}_killed"
+    while done < kills:
+        folder.mkdir(exist_ok=True)
+        process = subprocess.Popen(run(folder), stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+        try:
+            process.wait(chance.uniform(0.0, whole))
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
+            done += 1
+            check_whole(folder, expected, grows, problems)
+            if done < kills:
+                continue
+        # It came to its end, or it is let alone now.
+        last = subprocess.run(run(folder), capture_output=True, text=True)
+        if last.returncode != 0:
+            problems.append(f"the last run fails: {last.stderr.strip()}")
+        found = contents(folder)
+        problems += [f"{f}: not as in the undisturbed run" for f in expected if found.get(f) != expected[f]]
+        problems += [f"{f}: not in the undisturbed run" for f in found if f not in expected]
+        leftovers += sum(temporary(p) for p in folder.rglob("*") if p.is_file())
+        finished += 1
+        shutil.rmtree(folder)
+    return {"command": f"aonet {arguments[0]}", "seconds": round(whole, 2), "kills": done, "ends": finished,
+            "files": len(expected), "temporary files left": leftovers, "problems": problems}
+
+
+def main():
+    options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    options.add_argument("--aonet", type=pathlib.Path, default=pathlib.Path("target/release/aonet"))
+    options.add_argument("--kills", type=int, default=200, help="of each command")
+    options.add_argument("--seed", type=int, default=1)
+    options.add_argument("--only", nargs="*", help="names of commands")
+    options.add_argument("--markdown", type=pathlib.Path, help="file to write the table to")
+    options = options.parse_args()
+    program = options.aonet.resolve()
+    no_training = subprocess.run([program, "train", "x", "--dataset", "y", "-o", "z"], capture_output=True, text=True)
+    can_train = "without training" not in no_training.stderr
+    rows = []
+    with tempfile.TemporaryDirectory() as folder:
+        work = pathlib.Path(folder)
+        (work / "view.json").write_text(VIEW)
+        (work / "tiny.json").write_text(json.dumps(TINY_NETWORK))
+        scene = pathlib.Path(__file__).resolve().parent.parent / "fuzz/seeds/gltf/everything.glb"
+        shutil.copy(scene, work / "scene.glb")
+        make = [["dataset", str(work / "data"), "--frames", "24", *FRAMES],
+                ["trace", str(work / "scene.glb"), "--view", str(work / "view.json"), "--spp", "4", "-o", str(work / "frame.exr")]]
+        for arguments in make:
+            subprocess.run([program, *arguments], check=True, capture_output=True)
+        chance = random.Random(options.seed)
+        for job in jobs(work):
+            if (options.only and job[0] not in options.only) or (job[0] == "train" and not can_train):
+                continue
+            rows.append(torture(job, program, options.kills, chance, work))
+            print(json.dumps(rows[-1]), flush=True)
+    if options.markdown:
+        head = "| command | undisturbed s | kills | runs to the end | files | wrong or half-written | temporary files left |\n|---|---:|---:|---:|---:|---:|---:|\n"
+        line = lambda r: "| `{command}` | {seconds} | {kills} | {ends} | {files} | {n} | {temporary files left} |\n".format(n=len(r["problems"]), **r)
+        options.markdown.write_text(head + "".join(map(line, rows)))
+    sys.exit(any(row["problems"] for row in rows))
+
+
+if __name__ == "__main__":
+    main()
