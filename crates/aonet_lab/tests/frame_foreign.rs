@@ -131,6 +131,37 @@ fn averaged_normals_of_blender_are_brought_back_to_unit_length() {
     assert_same(&Frame::from_bytes(&file(channels), &hints()).unwrap().gbuffer, 1e-6);
 }
 
+/// The camera of [`view`] as our script for Blender writes it into the note of a render.
+fn note() -> String {
+    let camera = view().camera().unwrap();
+    let list = |numbers: &[f32]| serde_json::to_string(numbers).unwrap();
+    format!(
+        r#"aonet:camera {{"view_from_world":{},"fov_y":0.8,"ortho_height":null,"near":0,"focal_px":{},"centre_px":{},"radius":0.7}}"#,
+        list(&camera.view_from_world().to_cols_array()),
+        list(&camera.focal_px()),
+        list(&camera.centre_px())
+    )
+}
+
+#[test]
+fn a_note_of_blender_may_hold_the_camera() {
+    let with = |note: String| {
+        let mut parts = parts(false);
+        let note = AttributeValue::Text(Text::from(note.as_str()));
+        parts[0].attributes.other.insert(Text::from("Note"), note);
+        let attributes = ImageAttributes::new(IntegerBounds::from_dimensions(SIZE));
+        bytes(&Image { attributes, layer_data: parts.into_iter().collect::<Layers<_>>() })
+    };
+    let frame = Frame::from_bytes(&with(note()), &FrameHints::default()).unwrap();
+    assert_same(&frame.gbuffer, 1e-6);
+    assert_eq!((frame.radius, frame.view), (Some(0.7), None));
+    let message = Frame::from_bytes(&with(note().replace("near", "far")), &FrameHints::default());
+    let message = message.unwrap_err().to_string();
+    assert!(message.contains("aonet:camera") && message.contains("near"), "{message}");
+    let other = Frame::from_bytes(&with("rainy, 3 pm".to_owned()), &FrameHints::default());
+    assert!(other.unwrap_err().to_string().contains("a view or a vertical field of view"));
+}
+
 /// A part for each pass, as Blender 5 has it; `short` leaves the part's name out of the channels' names.
 fn parts(short: bool) -> Vec<Layer<AnyChannels<FlatSamples>>> {
     let mut layers: Vec<Layer<AnyChannels<FlatSamples>>> = Vec::new();

@@ -2,7 +2,7 @@
 
 use super::{Frame, FrameHints};
 use crate::exr_file::ExrFile;
-use aonet::{Camera, Error, Projection, Result};
+use aonet::{Camera, Error, Projection, Result, Size};
 use aonet_scene::View;
 use glam::{Affine3A, Mat4};
 use serde::{Deserialize, Serialize};
@@ -10,6 +10,8 @@ use serde::{Deserialize, Serialize};
 const VIEW: &str = "aonet:view";
 const CAMERA: &str = "aonet:camera";
 pub(super) const RADIUS: &str = "aonet:radius";
+/// Where Blender stores the note of a render. Our script for Blender writes `aonet:camera`, a space and the camera into it.
+const NOTE: &str = "Note";
 
 /// The camera of a frame, as far as it is known.
 pub(super) struct Seen {
@@ -32,6 +34,15 @@ struct StoredCamera {
     focal_px: Option<[f32; 2]>,
     #[serde(default)]
     centre_px: Option<[f32; 2]>,
+    /// AO radius (world units), in notes only: frames have an attribute for it.
+    #[serde(default, skip_serializing)]
+    radius: Option<f32>,
+}
+
+/// The camera in an attribute of its own, else in a note.
+fn stored_camera(file: &ExrFile) -> Result<Option<StoredCamera>> {
+    let note = || Some(file.text(NOTE)?.strip_prefix(CAMERA)?.to_owned());
+    file.text(CAMERA).or_else(note).map(|text| parse(CAMERA, &text)).transpose()
 }
 
 /// The text attribute that holds the camera of `frame`.
@@ -50,6 +61,7 @@ pub(super) fn attribute(frame: &Frame) -> Result<(&'static str, String)> {
         near: camera.near(),
         focal_px: Some(camera.focal_px()),
         centre_px: Some(camera.centre_px()),
+        radius: None,
     };
     let (name, text) = match &frame.view {
         Some(view) => (VIEW, serde_json::to_string(view)),
@@ -68,10 +80,12 @@ pub(super) fn resolve(file: &ExrFile, hints: &FrameHints) -> Result<Seen> {
     if let Some(degrees) = hints.fov_y_deg.filter(|degrees| !(*degrees > 0.0 && *degrees < 180.0)) {
         return Err(Error::value("vertical field of view", "degrees in (0, 180)", degrees));
     }
-    let file_radius = file.number(RADIUS).or(stored_view.as_ref().map(|view| view.radius));
+    let stored = stored_camera(file)?;
+    let noted = stored_view.as_ref().map(|view| view.radius).or(stored.as_ref().and_then(|camera| camera.radius));
+    let file_radius = file.number(RADIUS).or(noted);
     let radius = hints.radius.or(hints.view.as_ref().map(|view| view.radius)).or(file_radius);
     let Some(mut view) = hints.view.clone().or(stored_view) else {
-        let (camera, has_pose) = without_view(file, hints)?;
+        let (camera, has_pose) = without_view(stored, file.size(), hints)?;
         return Ok(Seen { camera, has_pose, view: None, radius });
     };
     view.fov_y_deg = hints.fov_y_deg.unwrap_or(view.fov_y_deg);
@@ -85,9 +99,7 @@ pub(super) fn resolve(file: &ExrFile, hints: &FrameHints) -> Result<Seen> {
 }
 
 /// The camera of a file without a view, and whether its position is known.
-fn without_view(file: &ExrFile, hints: &FrameHints) -> Result<(Camera, bool)> {
-    let size = file.size();
-    let stored = file.text(CAMERA).map(|text| parse::<StoredCamera>(CAMERA, &text)).transpose()?;
+fn without_view(stored: Option<StoredCamera>, size: Size, hints: &FrameHints) -> Result<(Camera, bool)> {
     let hinted = hints.fov_y_deg.map(|degrees| Projection::Perspective { fov_y: degrees.to_radians() });
     let Some(stored) = stored else {
         let expected = "a view or a vertical field of view, because the file has none";

@@ -13,7 +13,7 @@
 //! The display window is the picture. What the data window has around it is its guard band.
 //!
 //! The camera is JSON text in the attribute `aonet:view` (a [`View`]) or, for a frame without one,
-//! `aonet:camera`; the AO radius is the float `aonet:radius`. Files of other programs are read too: see
+//! `aonet:camera`; the AO radius is the float `aonet:radius`. A file of Blender may have the camera in its note. Files of other programs are read, too: see
 //! [`Frame::load`].
 
 mod camera;
