@@ -9,6 +9,7 @@ import tempfile
 import time
 from pathlib import Path
 
+import aonet
 import bpy
 import numpy as np
 
@@ -28,17 +29,8 @@ def cycles_pass(scene, samples):
     scene.world.light_settings.distance = RADIUS
     with passes.scratch_scene(scene, (0, 0), RADIUS) as scratch, tempfile.TemporaryDirectory() as folder:
         scratch.cycles.samples = samples
-        layer = scratch.view_layers[0]
-        layer.use_pass_ambient_occlusion = True
-        layer.use_pass_z = layer.use_pass_normal = False
-        image = scratch.render.image_settings
-        scratch.use_nodes = False
-        path = passes.write(scratch, Path(folder) / "ao.exr")
-        import OpenEXR  # a dependency of bpy
-
-        parts = OpenEXR.File(str(path), separate_channels=True).parts
-        channels = {name: channel.pixels for part in parts for name, channel in part.channels.items()}
-        return np.asarray(next(v for k, v in channels.items() if k.endswith("AO.R")), np.float32)
+        scratch.view_layers[0].use_pass_ambient_occlusion = True
+        return aonet.load_exr(passes.write(scratch, Path(folder) / "ao.exr")).ao
 
 
 def main():
@@ -57,8 +49,6 @@ def main():
     truth = pictures[-1]
     for picture in pictures[:-1]:
         print(f"PSNR {-10 * np.log10(np.mean((picture - truth) ** 2)):.2f} dB")
-    import aonet
-
     both = np.concatenate([np.concatenate(pictures[:2], 1), np.concatenate(pictures[2:], 1)], 0)
     aonet.save_ao(out, np.clip(both, 0, 1))
 

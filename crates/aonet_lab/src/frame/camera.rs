@@ -81,7 +81,8 @@ pub(super) fn resolve(file: &ExrFile, hints: &FrameHints) -> Result<Seen> {
         return Err(Error::value("vertical field of view", "degrees in (0, 180)", degrees));
     }
     let stored = stored_camera(file)?;
-    let noted = stored_view.as_ref().map(|view| view.radius).or(stored.as_ref().and_then(|camera| camera.radius));
+    let noted =
+        stored_view.as_ref().map(|view| view.radius).or(stored.as_ref().and_then(|camera| camera.radius));
     let file_radius = file.number(RADIUS).or(noted);
     let radius = hints.radius.or(hints.view.as_ref().map(|view| view.radius)).or(file_radius);
     let Some(mut view) = hints.view.clone().or(stored_view) else {
