@@ -29,17 +29,17 @@ FRAMES = ["--procedural", "street:0..2", "--width", "64", "--height", "48", "--s
 
 
 def jobs(work):
-    """Name, arguments with OUT for the folder that is written to, and whether a second start continues the first one."""
+    """Name, arguments of a command that runs in the folder that it writes to, and whether a second start continues the first one."""
     data = str(work / "data")
     frame = str(work / "frame.exr")
     return [
-        ("dataset", ["dataset", "OUT/data", "--frames", "24", *FRAMES], True),
-        ("train", ["train", str(work / "tiny.json"), "--dataset", data, "-o", "OUT/run"], True),
-        ("tune", ["tune", "gtao", "--on", data, "--frames", "2", "--trials", "12", "-o", "OUT/gtao.json"], False),
-        ("eval", ["eval", data, "--classic", "all", "--split", "train", "--json", "-o", "OUT/eval.json"], False),
-        ("export", ["export", "balanced", "--onnx", "OUT/balanced.onnx"], False),
-        ("infer", ["infer", frame, "-o", "OUT/ao.exr"], False),
-        ("trace", ["trace", str(work / "scene.glb"), "--view", str(work / "view.json"), "--spp", "64", "-o", "OUT/frame.exr"], False),
+        ("dataset", ["dataset", "data", "--frames", "24", *FRAMES], True),
+        ("train", ["train", str(work / "tiny.json"), "--dataset", data, "-o", "run"], True),
+        ("tune", ["tune", "gtao", "--on", data, "--frames", "2", "--trials", "12", "-o", "gtao.json"], False),
+        ("eval", ["eval", data, "--classic", "all", "--split", "train", "--json", "-o", "eval.json"], False),
+        ("export", ["export", "balanced", "--onnx", "balanced.onnx"], False),
+        ("infer", ["infer", frame, "-o", "ao.exr"], False),
+        ("trace", ["trace", str(work / "scene.glb"), "--view", str(work / "view.json"), "--spp", "64", "-o", "frame.exr"], False),
     ]
 
 
@@ -81,17 +81,18 @@ def check_whole(folder, expected, grows, problems):
 
 def torture(job, program, kills, chance, work):
     name, arguments, grows = job
-    run = lambda folder: [str(program), *(a.replace("OUT", str(folder)) for a in arguments)]
+    # In the folder, so that files which name their command are alike.
+    run = lambda folder, do, **how: do([str(program), *arguments], cwd=folder, **how)
     calm = work / f"{name}_calm"
     calm.mkdir()
     began = time.monotonic()
-    subprocess.run(run(calm), check=True, capture_output=True)
+    run(calm, subprocess.run, check=True, capture_output=True)
     whole = time.monotonic() - began
     expected, problems, done, finished, leftovers = contents(calm), [], 0, 0, 0
     folder = work / f"{name}_killed"
     while done < kills:
         folder.mkdir(exist_ok=True)
-        process = subprocess.Popen(run(folder), stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+        process = run(folder, subprocess.Popen, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
         try:
             process.wait(chance.uniform(0.0, whole))
         except subprocess.TimeoutExpired:
@@ -102,7 +103,7 @@ def torture(job, program, kills, chance, work):
             if done < kills:
                 continue
         # It came to its end, or it is let alone now.
-        last = subprocess.run(run(folder), capture_output=True, text=True)
+        last = run(folder, subprocess.run, capture_output=True, text=True)
         if last.returncode != 0:
             problems.append(f"the last run fails: {last.stderr.strip()}")
         found = contents(folder)

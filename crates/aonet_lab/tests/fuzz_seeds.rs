@@ -68,6 +68,11 @@ fn preset_seeds() {
 }
 
 #[test]
+fn config_seeds() {
+    replay("config", |bytes| serde_json::from_slice::<ModelConfig>(bytes).is_ok());
+}
+
+#[test]
 #[ignore = "writes fuzz/seeds"]
 fn write_fuzz_seeds() {
     let text = r#"{"eye":[0,1,3],"target":[0,0,0],"up":[0,1,0],"fov_y_deg":47,"width":3,"height":2,"near":0.05,"far":50,"radius":0.7}"#;
@@ -97,6 +102,10 @@ fn write_fuzz_seeds() {
     for (name, method) in ["gtao:tuned", "hbao:tuned"].map(|name| (name, Classic::named(name).unwrap())) {
         let preset = aonet_lab::preset::Preset { method, command: "aonet tune".into(), frames: "8".into() };
         preset.save(&folder("preset").join(name.replace(":tuned", ".json"))).unwrap();
+    }
+    for (name, config) in [("paper", ModelConfig::paper()), ("balanced", ModelConfig::balanced())] {
+        let path = folder("config").join(name).with_extension("json");
+        std::fs::write(path, serde_json::to_vec(&config).unwrap()).unwrap();
     }
     let config = ModelConfig {
         arch: Arch::AoNet,
