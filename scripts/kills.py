@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
-"""Kills commands of aonet at random times, starts them again, and compares what they leave with undisturbed runs.
+"""Kills commands of aonet at random times, or fills their disk, starts them again, and compares what they leave with undisturbed runs.
 
     scripts/kills.py [--aonet PATH] [--kills 200] [--seed 1] [--only NAME...] [--markdown FILE]
 
 Every command first runs undisturbed. Then it is started and killed (SIGKILL) after a random share of that time, again and again; each
 time the script checks that every file with a final name is whole. The command that is let alone in the end must leave the same files as the undisturbed
-one, byte for byte. `train` takes part if the program was built with the feature `train`. Needs nothing but Python and the program.
+one, byte for byte. `train` takes part if the program was built with the feature `train`. Needs nothing but Python and the program; full
+disks need permission to mount a tmpfs.
 """
 import argparse
 import hashlib
@@ -116,6 +117,32 @@ def torture(job, program, kills, chance, work):
             "files": len(expected), "temporary files left": leftovers, "problems": problems}
 
 
+def full_disk(job, program, work):
+    """Runs a command on a disk with half of the space that it needs, then with enough. Returns what is wrong, or None without permission to mount."""
+    name, arguments, grows = job
+    calm, folder, problems = work / f"{name}_calm", work / f"{name}_full", []
+    expected, needed = contents(calm), sum(p.stat().st_size for p in calm.rglob("*") if p.is_file())
+    mount = lambda *how: subprocess.run(["mount", "-t", "tmpfs", *how, "tmpfs", str(folder)], capture_output=True).returncode == 0
+    run = lambda: subprocess.run([str(program), *arguments], cwd=folder, capture_output=True, text=True)
+    folder.mkdir()
+    page = 4096
+    if not mount("-o", f"size={page + needed // 2 // page * page}"):
+        return None
+    try:
+        (folder / ".filler").write_bytes(bytes(page))
+        first = run()
+        if first.returncode == 0 or "No space left" not in first.stderr:
+            problems.append(f"full disk: status {first.returncode}, {first.stderr.strip()}")
+        check_whole(folder, expected, grows, problems)
+        mount("-o", f"remount,size={10 * needed + (1 << 20)}")
+        second = run()
+        if second.returncode != 0 or contents(folder) != expected:
+            problems.append(f"after the full disk: status {second.returncode}, {second.stderr.strip()}")
+    finally:
+        subprocess.run(["umount", str(folder)], check=True)
+    return problems
+
+
 def main():
     options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     options.add_argument("--aonet", type=pathlib.Path, default=pathlib.Path("target/release/aonet"))
@@ -143,10 +170,13 @@ def main():
             if (options.only and job[0] not in options.only) or (job[0] == "train" and not can_train):
                 continue
             rows.append(torture(job, program, options.kills, chance, work))
+            found = full_disk(job, program, work)
+            rows[-1]["full disk"] = "not tried" if found is None else "wrong" if found else "error, then complete"
+            rows[-1]["problems"] += found or []
             print(json.dumps(rows[-1]), flush=True)
     if options.markdown:
-        head = "| command | undisturbed s | kills | runs to the end | files | wrong or half-written | temporary files left |\n|---|---:|---:|---:|---:|---:|---:|\n"
-        line = lambda r: "| `{command}` | {seconds} | {kills} | {ends} | {files} | {n} | {temporary files left} |\n".format(n=len(r["problems"]), **r)
+        head = "| command | undisturbed s | kills | runs to the end | files | wrong or half-written | temporary files left | full disk |\n|---|---:|---:|---:|---:|---:|---:|---|\n"
+        line = lambda r: "| `{command}` | {seconds} | {kills} | {ends} | {files} | {n} | {temporary files left} | {full disk} |\n".format(n=len(r["problems"]), **r)
         options.markdown.write_text(head + "".join(map(line, rows)))
     sys.exit(any(row["problems"] for row in rows))
 

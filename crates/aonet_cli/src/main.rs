@@ -2,6 +2,7 @@
 
 mod device;
 mod frame_args;
+mod names;
 mod output;
 mod setup;
 

@@ -75,6 +75,22 @@ fn files_that_are_no_openexr_files_are_said_to_be_none() {
 }
 
 #[test]
+fn outputs_keep_the_extension_of_their_format() {
+    let desk = desk();
+    let render = "render procedural:clutter_pile:5 --view view.json";
+    for (line, extension) in [
+        (format!("{render} -o frame.png"), ".exr"),
+        (format!("{render} -o a.exr --png a.jpg"), ".png"),
+        ("trace procedural:clutter_pile:5 --view view.json --spp 1 -o ao.png".to_owned(), ".exr"),
+        ("gallery frame.exr -o gallery".to_owned(), ".png"),
+        ("compare frame.exr frame.exr --picture a.exr".to_owned(), ".png"),
+    ] {
+        holds(&refused(desk.path(), &line), &["expected a name that ends in", extension]);
+    }
+    assert!(!desk.path().join("frame.png").exists());
+}
+
+#[test]
 fn the_list_of_parameters_fits_a_terminal() {
     let desk = desk();
     let help = ok(desk.path(), "classic --help");

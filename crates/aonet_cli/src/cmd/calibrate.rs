@@ -1,5 +1,6 @@
 //! `aonet calibrate`: adds the ranges that int8 needs to a network.
 
+use crate::names;
 use crate::{output, setup};
 use anyhow::Result;
 use aonet::net::WeightFormat;
@@ -31,7 +32,7 @@ pub(crate) struct Args {
     #[arg(long)]
     threads: Option<usize>,
     /// File to write, with weights in half precision.
-    #[arg(short, long, value_name = "OUT.safetensors")]
+    #[arg(short, long, value_name = "OUT.safetensors", value_parser = names::ending("safetensors"))]
     output: PathBuf,
 }
 

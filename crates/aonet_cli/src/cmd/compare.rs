@@ -1,5 +1,6 @@
 //! `aonet compare`: SSIM and PSNR of AO images against a reference.
 
+use crate::names;
 use crate::output::{self, Style, number, table};
 use crate::{Outcome, setup};
 use anyhow::{Context, Result, ensure};
@@ -32,7 +33,7 @@ pub(crate) struct Args {
     #[arg(long, value_parser = number_that_compares)]
     min_psnr: Option<f64>,
     /// Draw reference, images and their errors side by side.
-    #[arg(long, value_name = "FILE.png")]
+    #[arg(long, value_name = "FILE.png", value_parser = names::png())]
     picture: Option<PathBuf>,
     /// Print JSON.
     #[arg(long)]

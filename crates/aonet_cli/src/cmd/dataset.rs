@@ -6,6 +6,7 @@ mod progress;
 mod sheet;
 
 use crate::device::Device;
+use crate::names;
 use crate::output;
 use crate::setup::SurroundArgs;
 use anyhow::Result;
@@ -126,7 +127,7 @@ pub(super) struct Make {
     #[arg(long, value_enum, default_value_t)]
     device: Device,
     /// Draw a contact sheet at the end.
-    #[arg(long, value_name = "FILE.png")]
+    #[arg(long, value_name = "FILE.png", value_parser = names::png())]
     contact_sheet: Option<PathBuf>,
     /// Print facts as JSON.
     #[arg(long)]

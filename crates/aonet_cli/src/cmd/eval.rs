@@ -2,6 +2,7 @@
 
 mod report;
 
+use crate::names;
 use crate::{output, setup};
 use anyhow::{Context, Result, bail};
 use aonet::net::Model;
@@ -73,7 +74,7 @@ pub(crate) struct Args {
     #[arg(short, long)]
     output: Option<PathBuf>,
     /// Also draw PSNR and SSIM over time, with the front of what no method beats in both.
-    #[arg(long, value_name = "OUT.svg")]
+    #[arg(long, value_name = "OUT.svg", value_parser = names::ending("svg"))]
     plot: Option<PathBuf>,
 }
 

@@ -1,6 +1,7 @@
 //! `aonet gallery`: every method on one frame, with its error, in one picture.
 
 use crate::frame_args::FrameArgs;
+use crate::names;
 use crate::output::{self, Style, number, table};
 use crate::setup;
 use anyhow::{Context, Result};
@@ -21,7 +22,7 @@ use std::path::{Path, PathBuf};
 #[command(after_help = "Examples:
   aonet demo && aonet gallery aonet_demo/frame.exr -o gallery.png
   aonet gallery frame.exr -o gallery.png --method gtao --method gtao:tuned --model mine.safetensors")]
-#[command(mut_arg("output", |arg| arg.help("Picture to write (.png)")))]
+#[command(mut_arg("output", |arg| arg.help("Picture to write (.png)").value_parser(names::png())))]
 pub(crate) struct Args {
     #[command(flatten)]
     frame: FrameArgs,

@@ -1,5 +1,6 @@
 //! `aonet render`: a G-buffer from a scene.
 
+use crate::names;
 use crate::output;
 use crate::setup::SceneArgs;
 use anyhow::Result;
@@ -23,10 +24,10 @@ pub(crate) struct Args {
     #[command(flatten)]
     scene: SceneArgs,
     /// Frame to write (EXR).
-    #[arg(short, long, value_name = "FRAME.exr")]
+    #[arg(short, long, value_name = "FRAME.exr", value_parser = names::exr())]
     output: PathBuf,
     /// Also draw the normals: layers side by side, the guard band darker.
-    #[arg(long, value_name = "FILE.png")]
+    #[arg(long, value_name = "FILE.png", value_parser = names::png())]
     png: Option<PathBuf>,
     /// Print facts as JSON.
     #[arg(long)]

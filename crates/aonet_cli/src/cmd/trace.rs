@@ -1,6 +1,7 @@
 //! `aonet trace`: a G-buffer with ray-traced AO from a scene.
 
 use crate::device::Device;
+use crate::names;
 use crate::output;
 use crate::setup::{self, SceneArgs};
 use anyhow::Result;
@@ -22,7 +23,7 @@ pub(crate) struct Args {
     #[command(flatten)]
     scene: SceneArgs,
     /// Frame to write (EXR): G-buffer and AO.
-    #[arg(short, long, value_name = "FRAME.exr")]
+    #[arg(short, long, value_name = "FRAME.exr", value_parser = names::exr())]
     output: PathBuf,
     /// Rays per pixel.
     #[arg(long, default_value_t = 256)]
@@ -34,7 +35,7 @@ pub(crate) struct Args {
     #[arg(long, value_enum, default_value_t)]
     device: Device,
     /// Also draw the AO.
-    #[arg(long, value_name = "FILE.png")]
+    #[arg(long, value_name = "FILE.png", value_parser = names::png())]
     png: Option<PathBuf>,
     /// Print facts as JSON.
     #[arg(long)]

@@ -1,5 +1,6 @@
 //! `aonet tune`: parameters of a classic method from training frames.
 
+use crate::names;
 use crate::output::{self, Style, number, table};
 use crate::setup;
 use anyhow::{Context, Result};
@@ -33,7 +34,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "MANIFEST")]
     on: PathBuf,
     /// Preset to write.
-    #[arg(short, long, value_name = "FILE.json")]
+    #[arg(short, long, value_name = "FILE.json", value_parser = names::ending("json"))]
     output: PathBuf,
     /// A parameter to start from; may be repeated.
     #[arg(long, value_name = "NAME=VALUE", value_parser = super::classic::assignment)]

@@ -1,6 +1,7 @@
 //! `aonet dataset sheet`: a dataset at a glance.
 
 use super::{COLUMNS, FRAMES};
+use crate::names;
 use anyhow::Result;
 use aonet_lab::dataset::{self, Manifest};
 use aonet_lab::picture;
@@ -11,7 +12,7 @@ pub(super) struct Args {
     /// The dataset's folder, or a manifest.
     dataset: PathBuf,
     /// PNG to write.
-    #[arg(short, long)]
+    #[arg(short, long, value_name = "FILE.png", value_parser = names::png())]
     output: PathBuf,
     /// How many frames, spread over the dataset.
     #[arg(long, default_value_t = FRAMES)]
