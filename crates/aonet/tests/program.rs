@@ -2,7 +2,10 @@
 
 use aonet::Size;
 use aonet::gpu::program::{Binding, Usage};
-use aonet::gpu::{Describe, Layers, Precision, Program, ProgramOptions, TextureEncoding};
+use aonet::gpu::{
+    DepthEncoding, Describe, Layers, NormalEncoding, Precision, Program, ProgramOptions, Template,
+    TextureEncoding,
+};
 use aonet::internals::weights::Weights;
 use aonet::net::gpu::Network;
 use aonet::net::{Model, ModelConfig};
@@ -11,6 +14,10 @@ use aonet::search::gpu::Method;
 
 /// A network with weights of zero.
 fn network(config: ModelConfig, precision: Precision) -> Network {
+    network_of(config, ProgramOptions { precision, ..Default::default() })
+}
+
+fn network_of(config: ModelConfig, options: ProgramOptions) -> Network {
     let graph = aonet::internals::graph::Graph::new(&config).unwrap();
     let tensor = |spec: aonet::internals::graph::ParamSpec| {
         let values = vec![0.0; spec.shape.iter().product()];
@@ -18,7 +25,7 @@ fn network(config: ModelConfig, precision: Precision) -> Network {
     };
     let weights = Weights::new(&graph, graph.params().into_iter().map(tensor).collect()).unwrap();
     let model = Model::new(config, weights, Default::default()).unwrap();
-    Network::new(&model, ProgramOptions { precision, ..Default::default() }).unwrap()
+    Network::new(&model, options).unwrap()
 }
 
 fn classic(name: &str) -> Method {
@@ -107,4 +114,126 @@ fn passes_read_what_was_written_before() {
         program.passes().iter().for_each(|pass| check(&pass.label, &pass.bindings));
         check("image", &program.image().bindings);
     }
+}
+
+/// Sizes with every remainder that matters, and some at which dispatches are cut in another way.
+fn sizes() -> impl Iterator<Item = Size> {
+    let known = [[1, 1], [2, 1], [1, 3], [128, 72], [640, 360], [1280, 720], [1920, 1080], [3840, 2160]];
+    let any = (8..50).map(|i| [1 + i * i * 7919 % 2111, 1 + i * i * 104_729 % 1181]);
+    known.into_iter().chain(any).map(|[width, height]| Size::px(width, height))
+}
+
+/// Networks and classic methods of every kind, by name.
+fn templates(precision: Precision, textures: TextureEncoding) -> Vec<(String, Template)> {
+    let options = ProgramOptions { precision, textures, ..Default::default() };
+    let networks =
+        [ModelConfig::paper(), ModelConfig::balanced(), ModelConfig::deep_shading(), ModelConfig::deep_ao()];
+    let networks = networks.into_iter().map(|config| {
+        let network = network_of(config.clone(), options);
+        (format!("{config:?}"), network.template().unwrap())
+    });
+    let methods = ["ssao", "hbao", "ssdo", "gtao", "vbao", "agtao:tuned", "arcs:deep"].map(|name| {
+        let method = Method::new(&Classic::named(name).unwrap(), textures).unwrap();
+        (name.to_owned(), method.template().unwrap())
+    });
+    networks.chain(methods).collect()
+}
+
+#[test]
+fn templates_of_files_give_the_programs_of_fifty_sizes() {
+    for layers in [Layers::One, Layers::Two] {
+        let textures = TextureEncoding { layers, ..TextureEncoding::default() };
+        for precision in [Precision::F32, Precision::F16] {
+            for (name, template) in templates(precision, textures) {
+                let bytes = template.to_bytes().unwrap();
+                let read = Template::from_bytes(&bytes.json, &bytes.blob).unwrap();
+                assert_eq!(read.to_bytes().unwrap(), bytes, "{name}");
+                for size in sizes() {
+                    let (program, of_file) = (template.at(size).unwrap(), read.at(size).unwrap());
+                    assert_eq!(of_file.to_bytes().unwrap(), program.to_bytes().unwrap(), "{name} at {size}");
+                    assert_eq!(program.size(), size);
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn passes_cover_frames_of_every_size() {
+    for (name, template) in templates(Precision::F32, TextureEncoding::default()) {
+        for size in sizes() {
+            let program = template.at(size).unwrap();
+            for pass in program.passes().iter().filter(|pass| pass.sees_frame && pass.label != "features") {
+                // Tiles of passes over pixels have at most 16 columns and rows.
+                let [x, y, z] = pass.workgroups.map(|n| n as usize);
+                let covered = x * 16 >= size.width() && y * 16 >= size.height() && z == 1;
+                assert!(covered, "{name} at {size}: {pass:?}");
+            }
+            let pixels = (4 * size.pixels()) as u64;
+            let images = program.buffers().iter().filter(|b| b.contents.is_none() && b.bytes >= pixels);
+            assert!(images.count() >= 2, "{name} at {size}");
+        }
+    }
+}
+
+/// Lines of one choice in place of those of another give the program that was made for it.
+#[test]
+fn shaders_of_other_choices_differ_in_the_lines_that_the_file_lists() {
+    let plain = TextureEncoding::default();
+    let network = |precision, textures| {
+        let options = ProgramOptions { precision, textures, ..Default::default() };
+        network_of(ModelConfig::balanced(), options).template().unwrap()
+    };
+    let from = network(Precision::F16, plain);
+    let json: serde_json::Value = serde_json::from_slice(&from.to_bytes().unwrap().json).unwrap();
+    let lines = |kind: &str, choice: &str| json["choices"][kind][choice].as_str().unwrap().to_owned();
+    fn name(choice: impl serde::Serialize) -> String {
+        serde_json::to_value(choice).unwrap().as_str().unwrap().to_owned()
+    }
+    for normals in NormalEncoding::ALL {
+        for depth in DepthEncoding::ALL {
+            for precision in [Precision::F32, Precision::F16] {
+                let to = network(precision, TextureEncoding { normals, depth, ..plain });
+                let swaps = [
+                    ("normals", name(plain.normals), name(normals)),
+                    ("depth", name(plain.depth), name(depth)),
+                    ("precision", name(Precision::F16), name(precision)),
+                ];
+                let swapped: Vec<String> = (from.shaders().iter())
+                    .map(|source| {
+                        swaps.iter().fold(source.to_string(), |source, (kind, from, to)| {
+                            source.replace(&lines(kind, from), &lines(kind, to))
+                        })
+                    })
+                    .collect();
+                let expected: Vec<_> = to.shaders().iter().map(|source| source.to_string()).collect();
+                assert_eq!(swapped, expected);
+            }
+        }
+    }
+}
+
+#[test]
+fn broken_templates_are_errors_that_say_what_is_wrong() {
+    let bytes = classic("gtao").template().unwrap().to_bytes().unwrap();
+    let text = String::from_utf8(bytes.json.clone()).unwrap();
+    for (from, to, expected) in [
+        ("\"format\":2", "\"format\":1", "format"),
+        ("\"enough_workgroups\":256", "\"enough_workgroups\":1", "enough_workgroups"),
+        ("\"requires\":[]", "\"requires\":[\"shader-f16\"]", "requires"),
+        ("const NORMALS: u32 = 0u;\",\"unorm", "const NORMALS: u32 = 9u;\",\"unorm", "choices"),
+        ("\"div_ceil\":[\"width\",2]", "\"div_ceil\":[\"width\",0]", "memory"),
+        ("\"div_ceil\":[\"width\",2]", "\"halved\":[\"width\",2]", "JSON"),
+        ("\"bytes\":32,", "\"bytes\":36,", "32"),
+        ("\"variants\":[{\"shader\":0", "\"variants\":[{\"shader\":99", "shader of pyramid"),
+        ("\"image\":{\"shader\":3", "\"image\":{\"shader\":99", "shader of image"),
+    ] {
+        let changed = text.replacen(from, to, 1);
+        assert_ne!(changed, text, "{from}");
+        let error = Template::from_bytes(changed.as_bytes(), &bytes.blob).unwrap_err().to_string();
+        assert!(error.contains(expected), "{from}: {error}");
+    }
+    let longer = [&bytes.blob[..], &[0; 4]].concat();
+    assert!(Template::from_bytes(&bytes.json, &longer).unwrap_err().to_string().contains("block"));
+    assert!(Template::from_bytes(b"{}", &[]).is_err());
 }

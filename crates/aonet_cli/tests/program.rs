@@ -342,6 +342,53 @@ fn frames_of_another_program_are_imported_and_evaluated() {
 }
 
 #[test]
+fn programs_are_exported_as_data() {
+    use aonet::gpu::{Precision, Template};
+    let desk = Desk::new();
+    let read = |folder: &str| {
+        let file = |name: &str| std::fs::read(desk.path(folder).join(name)).unwrap();
+        (serde_json::from_slice::<Value>(&file("program.json")).unwrap(), file("program.bin"))
+    };
+    for (name, flags, precision) in [
+        ("fast", "--depth standard", "f16"),
+        ("paper", "--precision f32 --normals unorm --normal-space world", "f32"),
+        ("agtao:tuned", "--depth linear", "f32"),
+        ("arcs:deep", "--layers 2", "f32"),
+    ] {
+        let facts = desk.json(&format!("export {name} --program new/out --json {flags}"));
+        let (document, blob) = read("new/out");
+        assert_eq!(facts["program"]["precision"], precision, "{name}");
+        assert_eq!(facts["program"]["textures"], document["textures"]);
+        assert_eq!(document["blob"]["bytes"], blob.len());
+        assert_eq!(document["blob"]["sha256"], facts["program"]["sha256"]);
+        let template = Template::from_bytes(&serde_json::to_vec(&document).unwrap(), &blob).unwrap();
+        assert_eq!(template.precision() == Precision::F16, precision == "f16");
+        template.at(aonet::Size::px(75, 41)).unwrap();
+    }
+    let (document, _) = read("new/out");
+    assert_eq!(document["textures"]["layers"], "two");
+    assert_eq!(document["textures"]["depth"], "reversed");
+    // One command writes both.
+    let facts = desk.json("export paper --onnx both.onnx --program both --json");
+    assert!(facts["path"] == "both.onnx" && facts["program"]["paths"].as_array().unwrap().len() == 2);
+    assert_eq!(desk.ok("export paper --program both").lines().count(), 2);
+    desk.write("file", "");
+    for (line, word) in [
+        ("export nnao --program x", "ssao, hbao"),
+        ("export nothing --program x", "nothing"),
+        ("export paper --program file", "--program file"),
+        ("export paper --program x --depth inverse", "reversed"),
+        ("export paper --program x --normals rgb", "octahedral"),
+        ("export paper --program x --layers 3", "1..=2"),
+        ("export paper --program x --precision bf16", "f32"),
+    ] {
+        let stderr = desk.fails(line);
+        assert!(stderr.contains(word), "aonet {line}\n{stderr}");
+        assert!(!desk.path("x").exists(), "aonet {line}");
+    }
+}
+
+#[test]
 fn networks_are_exported_to_onnx() {
     let desk = Desk::new();
     std::fs::write(desk.path("paper.safetensors"), aonet::net::shipped::PAPER).unwrap();
@@ -364,6 +411,10 @@ fn networks_are_exported_to_onnx() {
         ("export paper.safetensors --onnx x.onnx --size 75", "WxH"),
         ("export paper.safetensors --onnx x.onnx --size 0x41", "0x41"),
         ("export paper.safetensors", "--onnx"),
+        ("export paper.safetensors", "--program"),
+        ("export gtao --onnx x.onnx", "gtao"),
+        ("export paper.safetensors --program x --size 75x41", "--onnx"),
+        ("export paper.safetensors --onnx x.onnx --depth linear", "--program"),
     ] {
         let stderr = desk.fails(line);
         assert!(stderr.contains(word), "aonet {line}\n{stderr}");

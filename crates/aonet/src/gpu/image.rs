@@ -1,7 +1,6 @@
 //! The AO texture: a render pass, because few formats of one channel can be written by other shaders.
 
-use crate::frame::size::Size;
-use crate::gpu::program::{Binding, BufferId, Dispatches, Draw};
+use crate::gpu::program::{Binding, BufferId, Dispatches, Draw, Grid};
 use crate::gpu::shader::Shader;
 use crate::gpu::surface::Surface;
 
@@ -15,13 +14,13 @@ pub(crate) enum Raw {
 }
 
 /// The last pass of a program.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub(crate) struct Image {
     pub(crate) raw: Raw,
     /// Side of a patch (px).
     pub(crate) patch: usize,
     /// Columns and rows of patches.
-    pub(crate) cells: Size,
+    pub(crate) cells: Grid,
     /// What a search found, plane by plane, and how many planes of values correct it.
     pub(crate) base: Option<(BufferId, usize)>,
 }
@@ -32,7 +31,7 @@ impl Image {
         let (Raw::Pixels(raw) | Raw::FirstChannel(raw)) = self.raw;
         let blocked = matches!(self.raw, Raw::FirstChannel(_));
         let shader = shader(surface, (self.patch, self.base.map_or(0, |(_, planes)| planes)), blocked);
-        let cells = list.uniform("image", &[self.cells.width(), self.cells.height()]);
+        let cells = list.uniform("image", [self.cells.width, self.cells.height]);
         // Without a base something has to be bound in its place.
         let base = self.base.map_or(raw, |(base, _)| base);
         let bindings = vec![Binding::Uniform(cells), Binding::Read(raw), Binding::Read(base)];

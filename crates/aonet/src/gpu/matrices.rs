@@ -1,14 +1,14 @@
 //! Cooperative matrices: the invocations of a subgroup multiply small matrices together, on units made for that (tensor
 //! cores, matrix cores).
 
-use crate::frame::size::Size;
+use crate::gpu::program::{Grid, Number};
 
 /// Subgroups of a workgroup.
 pub(crate) const WAVES: usize = 4;
 /// Channels that a workgroup computes at most: with two rows of cells and a side of 16, eight sums a subgroup.
 const MAX_CHANNELS: usize = 64;
-/// Workgroups below which a dispatch is cut finer. guess: two for each multiprocessor of a large device.
-const ENOUGH_WORKGROUPS: usize = 256;
+/// Rows of cells of a subgroup: many, or fewer where there would be too few workgroups.
+pub(crate) const ROWS: [usize; 2] = [2, 1];
 
 /// The products of matrices that a device computes: squares of half floats, summed in 32 bits.
 ///
@@ -35,15 +35,8 @@ impl Matrices {
         MAX_CHANNELS / self.side
     }
 
-    /// Rows of cells of a subgroup, for an image of cells and a number of tiles of channels. There are fewer rows where
-    /// there would be too few workgroups.
-    pub(crate) fn rows(self, cells: Size, tiles: usize) -> usize {
-        let enough = self.workgroups(cells, 2, tiles).iter().product::<usize>() >= ENOUGH_WORKGROUPS;
-        if enough { 2 } else { 1 }
-    }
-
-    /// Workgroups for an image of cells.
-    pub(crate) fn workgroups(self, cells: Size, rows: usize, tiles: usize) -> [usize; 3] {
-        [cells.width().div_ceil(self.side), cells.height().div_ceil(WAVES * rows), tiles]
+    /// Workgroups for an image of cells, with so many rows of a subgroup and tiles of channels.
+    pub(crate) fn workgroups(self, cells: &Grid, rows: usize, tiles: usize) -> [Number; 3] {
+        cells.workgroups([self.side, WAVES * rows], tiles)
     }
 }

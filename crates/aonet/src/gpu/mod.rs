@@ -19,7 +19,7 @@ pub use options::{
     DepthEncoding, FrameNumbers, Kernels, Layers, NormalEncoding, NormalSpace, Precision, ProgramOptions,
     TextureEncoding,
 };
-pub use program::{Describe, Program};
+pub use program::{Describe, Program, Template};
 #[cfg(feature = "gpu")]
 pub use wgpu;
 #[cfg(feature = "gpu")]

@@ -7,7 +7,8 @@ use crate::net::config::{Channel, Features};
 use serde::{Deserialize, Serialize};
 
 /// Numbers that activations and weights are stored and multiplied in.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
 pub enum Precision {
     /// 32-bit floats, everywhere.
     F32,
@@ -32,6 +33,14 @@ pub enum Kernels {
 }
 
 impl Precision {
+    /// Bytes of one activation or weight.
+    pub(crate) fn bytes(self) -> usize {
+        match self {
+            Self::F32 => 4,
+            Self::F16 => 2,
+        }
+    }
+
     /// What it comes to for a network that sees these features: positions and depths in world units may be anything, and do
     /// not fit in 16 bits.
     pub(crate) fn of(self, features: &Features) -> Self {
@@ -43,6 +52,16 @@ impl Precision {
         });
         if fits { self } else { Self::F32 }
     }
+}
+
+impl NormalEncoding {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::Plain, Self::Unorm, Self::Octahedral, Self::OctahedralUnorm];
+}
+
+impl DepthEncoding {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::Reversed, Self::Standard, Self::Linear];
 }
 
 impl Kernels {
@@ -75,7 +94,7 @@ impl std::fmt::Display for Precision {
 }
 
 /// How a texture holds a normal. Any length but zero will do.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum NormalEncoding {
     /// x, y and z as they are: `Rgba16Float`, `Rgba32Float`, `Rgba8Snorm`.
@@ -101,7 +120,7 @@ pub enum NormalSpace {
 }
 
 /// How a texture holds depth: a depth texture or a float texture with one channel.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum DepthEncoding {
     /// 1 at the near plane, 0 at the far plane and on the background.

@@ -1,7 +1,7 @@
 //! WGSL from parts: constants, then files, one after the other. WGSL itself has no way to include a file.
 
 use crate::gpu::options::{Kernels, Precision};
-use std::fmt::{Display, Write};
+use std::fmt::Display;
 
 /// A shader that grows.
 #[derive(Debug, Clone)]
@@ -39,14 +39,12 @@ impl Shader {
 
     /// A whole number.
     pub(crate) fn number(self, name: &str, value: usize) -> Self {
-        self.constant(name, ("u32", format!("{value}u")))
+        self.part(&constant(name, ("u32", format!("{value}u"))))
     }
 
     /// A number.
     pub(crate) fn float(self, name: &str, value: f32) -> Self {
-        // Rust prints as few digits as it takes to read the same number again. Those for 64 bits: rounded for 32, the largest
-        // number is a decimal above it, which WGSL forbids and browsers refuse.
-        self.constant(name, ("f32", format!("{:?}f", f64::from(value))))
+        self.part(&constant(name, ("f32", decimal(value))))
     }
 
     /// Columns and rows of a workgroup.
@@ -56,12 +54,7 @@ impl Shader {
 
     /// A condition.
     pub(crate) fn flag(self, name: &str, value: bool) -> Self {
-        self.constant(name, ("bool", value))
-    }
-
-    fn constant(mut self, name: &str, (ty, value): (&str, impl Display)) -> Self {
-        writeln!(self.0, "const {name}: {ty} = {value};").expect("a string takes all");
-        self
+        self.part(&constant(name, ("bool", value)))
     }
 
     /// A file, or declarations made elsewhere.
@@ -75,6 +68,18 @@ impl Shader {
     pub(crate) fn source(&self) -> &str {
         &self.0
     }
+}
+
+/// The declaration of a constant.
+pub(crate) fn constant(name: &str, (ty, value): (&str, impl Display)) -> String {
+    format!("const {name}: {ty} = {value};")
+}
+
+/// A number of 32 bits as a literal.
+pub(crate) fn decimal(value: f32) -> String {
+    // Rust prints as few digits as it takes to read the same number again. Those for 64 bits: rounded for 32, the largest
+    // number is a decimal above it, which WGSL forbids and browsers refuse.
+    format!("{:?}f", f64::from(value))
 }
 
 #[cfg(test)]

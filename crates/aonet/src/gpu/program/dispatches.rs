@@ -1,32 +1,33 @@
-//! A list of dispatches that grows.
+//! A list of dispatches that grows, for frames of any size.
 
-use super::numbers::{Contents, words};
-use super::{Binding, Buffer, BufferId, Pass, ShaderId, Usage};
+use super::numbers::Contents;
+use super::template::{Initial, TemplateBuffer, TemplatePass, Variant};
+use super::{Binding, BufferId, Number, ShaderId, Usage};
 use crate::gpu::shader::Shader;
 use std::sync::Arc;
 
 /// Buffers, shaders and dispatches so far. Passes with the same source share a shader.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(crate) struct Dispatches {
-    pub(crate) buffers: Vec<Buffer>,
+    pub(crate) buffers: Vec<TemplateBuffer>,
     pub(crate) shaders: Vec<Arc<str>>,
-    pub(crate) passes: Vec<Pass>,
+    pub(crate) passes: Vec<TemplatePass>,
 }
 
 /// A dispatch without its buffers.
 #[derive(Debug)]
 pub(crate) struct Dispatch<'a> {
     pub(crate) label: &'a str,
-    pub(crate) shader: Shader,
     /// Whether the shader reads the textures of a frame.
     pub(crate) sees_frame: bool,
-    pub(crate) workgroups: [usize; 3],
+    /// Shaders and their workgroups in x, y and z: the first with enough workgroups runs, else the last.
+    pub(crate) variants: Vec<(Shader, [Number; 3])>,
 }
 
 impl Dispatches {
     /// Adds a buffer that shaders write.
-    pub(crate) fn storage(&mut self, label: &str, bytes: usize) -> BufferId {
-        self.add(label, bytes, Usage::Storage, None)
+    pub(crate) fn storage(&mut self, label: &str, bytes: impl Into<Number>) -> BufferId {
+        self.add(label, bytes.into(), Usage::Storage, None)
     }
 
     /// Adds a buffer that shaders write and that holds zeros at the beginning of every frame.
@@ -36,20 +37,25 @@ impl Dispatches {
         id
     }
 
-    /// Adds a buffer that shaders read.
+    /// Adds a buffer that shaders read, of 32-bit numbers.
     pub(crate) fn filled(&mut self, label: &str, contents: &Contents) -> BufferId {
-        self.add(label, contents.len(), Usage::Storage, Some(Arc::clone(contents)))
+        self.add(label, contents.len().into(), Usage::Storage, Some(Initial::Words(Arc::clone(contents))))
+    }
+
+    /// Adds a buffer that shaders read, of numbers in the precision of the activations, which have so many bytes.
+    pub(crate) fn reals(&mut self, label: &str, contents: &Contents, bytes: usize) -> BufferId {
+        let length = Number::from(contents.len() / bytes) * Number::REAL_BYTES;
+        self.add(label, length, Usage::Storage, Some(Initial::Reals(Arc::clone(contents))))
     }
 
     /// Adds whole numbers that all invocations see.
-    pub(crate) fn uniform(&mut self, label: &str, values: &[usize]) -> BufferId {
-        let contents = words(values);
-        self.add(label, contents.len(), Usage::Uniform, Some(contents))
+    pub(crate) fn uniform(&mut self, label: &str, values: impl IntoIterator<Item = Number>) -> BufferId {
+        let values: Vec<_> = values.into_iter().collect();
+        self.add(label, (4 * values.len()).into(), Usage::Uniform, Some(Initial::Numbers(values)))
     }
 
-    fn add(&mut self, label: &str, bytes: usize, usage: Usage, contents: Option<Contents>) -> BufferId {
-        let (label, bytes) = (label.to_owned(), bytes as u64);
-        self.buffers.push(Buffer { label, bytes, usage, contents, cleared: false });
+    fn add(&mut self, label: &str, bytes: Number, usage: Usage, contents: Option<Initial>) -> BufferId {
+        self.buffers.push(TemplateBuffer { label: label.to_owned(), bytes, usage, contents, cleared: false });
         self.buffers.len() - 1
     }
 
@@ -63,14 +69,14 @@ impl Dispatches {
     }
 
     /// Adds a dispatch at the end.
-    pub(crate) fn push(&mut self, dispatch: &Dispatch<'_>, bindings: &[Binding]) {
-        let shader = self.shader(dispatch.shader.source());
-        self.passes.push(Pass {
-            label: dispatch.label.to_owned(),
-            shader,
-            sees_frame: dispatch.sees_frame,
-            bindings: bindings.to_vec(),
-            workgroups: dispatch.workgroups.map(|n| n as u32),
+    pub(crate) fn push(&mut self, dispatch: Dispatch<'_>, bindings: &[Binding]) {
+        let Dispatch { label, sees_frame, variants } = dispatch;
+        let variants = variants.into_iter().map(|(shader, workgroups)| {
+            let shader = self.shader(shader.source());
+            Variant { shader, workgroups }
         });
+        let variants = variants.collect();
+        let bindings = bindings.to_vec();
+        self.passes.push(TemplatePass { label: label.to_owned(), sees_frame, bindings, variants });
     }
 }

@@ -5,7 +5,7 @@
 //! them means), `blob_bytes`, `buffers`, `shaders` (WGSL), `passes` and `image`. A buffer's `contents` are a part of the
 //! block; parts follow one another in the order of the buffers. Numbers in the block are little-endian.
 
-use super::{Arithmetic, Binding, Buffer, Dispatches, Draw, Pass, Program, Usage};
+use super::{Arithmetic, Binding, Buffer, Draw, Parts, Pass, Program, Usage};
 use crate::error::{Error, Result};
 use crate::frame::size::Size;
 use crate::gpu::options::{Kernels, Precision, TextureEncoding};
@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 use std::collections::HashSet;
 
 /// The format that this version reads and writes.
-const FORMAT: u32 = 1;
+pub(super) const FORMAT: u32 = 1;
 
 /// WebGPU's default limits, within which programs stay.
 const MAX_STORAGE_BUFFERS: usize = 8;
@@ -48,17 +48,27 @@ struct Document {
 }
 
 /// A feature of the device.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-enum Feature {
+pub(super) enum Feature {
     #[serde(rename = "shader-f16")]
     ShaderF16,
+}
+
+impl Feature {
+    /// Those that shaders of a precision need.
+    pub(super) fn of(precision: Precision) -> Vec<Self> {
+        match precision {
+            Precision::F32 => vec![],
+            Precision::F16 => vec![Self::ShaderF16],
+        }
+    }
 }
 
 /// The uniform buffer of a frame's numbers.
 #[derive(Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct FrameLayout {
+pub(super) struct FrameLayout {
     bytes: usize,
     fields: Vec<FieldEntry>,
 }
@@ -87,9 +97,9 @@ struct BufferEntry {
 /// A part of the block.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct Part {
-    offset: usize,
-    bytes: usize,
+pub(super) struct Part {
+    pub(super) offset: usize,
+    pub(super) bytes: usize,
 }
 
 impl Program {
@@ -106,10 +116,7 @@ impl Program {
         let document = Document {
             format: FORMAT,
             size: [self.size.width(), self.size.height()],
-            requires: match self.arithmetic.precision {
-                Precision::F32 => vec![],
-                Precision::F16 => vec![Feature::ShaderF16],
-            },
+            requires: Feature::of(self.arithmetic.precision),
             textures: self.textures,
             frame: FrameLayout::ours(),
             blob_bytes: blob.len(),
@@ -141,7 +148,7 @@ impl Program {
             size,
             textures: document.textures,
             arithmetic: Arithmetic { precision, kernels: Kernels::Plain },
-            dispatches: Dispatches { buffers, shaders, passes: document.passes },
+            parts: Parts { buffers, shaders, passes: document.passes },
             image: document.image,
             trusted: false,
         })
@@ -169,7 +176,7 @@ impl BufferEntry {
 }
 
 impl FrameLayout {
-    fn ours() -> Self {
+    pub(super) fn ours() -> Self {
         let field = |field: &crate::gpu::uniforms::FrameField| FieldEntry {
             name: field.name.to_owned(),
             ty: field.ty.to_owned(),
@@ -180,7 +187,7 @@ impl FrameLayout {
 }
 
 /// An error about a part of the file.
-fn wrong<T>(what: impl ToString, expected: impl ToString, found: impl ToString) -> Result<T> {
+pub(super) fn wrong<T>(what: impl ToString, expected: impl ToString, found: impl ToString) -> Result<T> {
     Err(Error::format(format!("program: {}", what.to_string()), expected, found))
 }
 

@@ -1,15 +1,22 @@
 //! What a GPU does for a frame, as a plain value: buffers, shaders, dispatches and the image at the end.
 //!
 //! A [`Program`] belongs to one method and one size, and names no graphics interface. With the feature `gpu`, a `Session` runs
-//! it on wgpu; [`Program::to_bytes`] stores it for other hosts.
+//! it on wgpu. A [`Template`] holds the programs of every size; [`Template::to_bytes`] stores it for other hosts.
 
 mod dispatches;
 mod file;
+mod number;
 mod numbers;
+mod template;
+mod template_file;
 
 pub(crate) use dispatches::{Dispatch, Dispatches};
 pub use file::ProgramBytes;
+pub(crate) use number::Grid;
+pub use number::{Formula, Number};
 pub(crate) use numbers::{Arithmetic, Contents, floats};
+pub(crate) use template::Parts;
+pub use template::{ENOUGH_WORKGROUPS, Template};
 
 use crate::error::Result;
 use crate::frame::size::Size;
@@ -107,7 +114,7 @@ pub struct Program {
     pub(crate) size: Size,
     pub(crate) textures: TextureEncoding,
     pub(crate) arithmetic: Arithmetic,
-    pub(crate) dispatches: Dispatches,
+    pub(crate) parts: Parts,
     pub(crate) image: Draw,
     /// Whether this crate has built it: what comes from a file is not run without checks.
     pub(crate) trusted: bool,
@@ -126,17 +133,17 @@ impl Program {
 
     /// Buffers that the passes use, besides those of the frame.
     pub fn buffers(&self) -> &[Buffer] {
-        &self.dispatches.buffers
+        &self.parts.buffers
     }
 
     /// Shaders in WGSL.
     pub fn shaders(&self) -> &[Arc<str>] {
-        &self.dispatches.shaders
+        &self.parts.shaders
     }
 
     /// Dispatches in order.
     pub fn passes(&self) -> &[Pass] {
-        &self.dispatches.passes
+        &self.parts.passes
     }
 
     /// The draw that follows them.

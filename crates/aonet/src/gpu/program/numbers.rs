@@ -18,14 +18,6 @@ impl Arithmetic {
     /// 32-bit floats and what every device has.
     pub(crate) const PLAIN: Self = Self { precision: Precision::F32, kernels: Kernels::Plain };
 
-    /// Bytes of one activation or weight.
-    pub(crate) fn real_bytes(self) -> usize {
-        match self.precision {
-            Precision::F32 => size_of::<f32>(),
-            Precision::F16 => size_of::<f16>(),
-        }
-    }
-
     /// Weights in the precision of the activations.
     pub(crate) fn reals(self, values: &[f32]) -> Contents {
         match self.precision {
@@ -41,6 +33,6 @@ pub(crate) fn floats(values: &[f32]) -> Contents {
 }
 
 /// Whole numbers of 32 bits.
-pub(crate) fn words(values: &[usize]) -> Contents {
-    values.iter().flat_map(|v| (*v as u32).to_le_bytes()).collect()
+pub(crate) fn words(values: &[u32]) -> Contents {
+    values.iter().flat_map(|v| v.to_le_bytes()).collect()
 }

@@ -1,9 +1,10 @@
 //! A trial of products of matrices. They are experimental: a device whose products are wrong has to do without.
 
 use crate::error::{Error, Result};
+use crate::frame::size::Size;
 use crate::gpu::matrices::{Matrices, WAVES};
 use crate::gpu::options::{Kernels, Layers, Precision};
-use crate::gpu::program::{Arithmetic, Binding, Dispatch, Dispatches};
+use crate::gpu::program::{Arithmetic, Binding, Dispatch, Dispatches, Number};
 use crate::gpu::shader::Shader;
 use crate::gpu::wgpu_30::errors::scoped;
 use crate::gpu::wgpu_30::host::Host;
@@ -42,11 +43,15 @@ fn products(host: &Host, matrices: Matrices) -> Result<Vec<f32>> {
     let bytes = WAVES * side * side * size_of::<f32>();
     let arithmetic = Arithmetic { precision: Precision::F16, kernels: Kernels::Matrices(matrices) };
     let mut list = Dispatches::default();
-    let factors = list.filled("factors", &arithmetic.reals(&factors));
+    let factors = list.reals("factors", &arithmetic.reals(&factors), arithmetic.precision.bytes());
     let products = list.storage("products", bytes);
-    let dispatch =
-        Dispatch { label: "trial", shader: shader(matrices), sees_frame: false, workgroups: [1; 3] };
-    list.push(&dispatch, &[Binding::Read(factors), Binding::Write(products)]);
+    let dispatch = Dispatch {
+        label: "trial",
+        sees_frame: false,
+        variants: vec![(shader(matrices), [1; 3].map(Number::from))],
+    };
+    list.push(dispatch, &[Binding::Read(factors), Binding::Write(products)]);
+    let list = list.at(Size::px(1, 1), arithmetic.precision)?;
     let buffers = host.buffers(&list.buffers)?;
     let pass = host.pass(&list.passes[0], &list.shaders[0], &buffers, true);
     let products = &buffers[products];

@@ -30,6 +30,7 @@
 mod context;
 mod conv;
 mod features;
+mod grids;
 mod head;
 mod memory;
 mod network;

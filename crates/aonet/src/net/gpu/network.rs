@@ -4,15 +4,15 @@ use crate::error::{Error, Result};
 use crate::frame::size::Size;
 use crate::gpu::image::{Image, Raw};
 use crate::gpu::options::{Layers, ProgramOptions};
-use crate::gpu::program::{self, Arithmetic, Binding, Describe, Dispatches, Draw, Program};
+use crate::gpu::program::{self, Arithmetic, Binding, Describe, Dispatches, Draw, Program, Template};
 use crate::gpu::surface::Surface;
 use crate::net::config::{Channel, Features, SearchConfig};
 use crate::net::gpu::context::Context;
 use crate::net::gpu::conv::Conv;
 use crate::net::gpu::features::{self, Target};
+use crate::net::gpu::grids::{Grids, smallest_plan};
 use crate::net::gpu::head::Head;
 use crate::net::gpu::memory::Memory;
-use crate::net::graph::Graph;
 use crate::net::model::Model;
 use crate::net::plan::{BufferId, HeadStep, Plan, Step};
 use crate::search::gpu::{agtao, arcs, denoise, pixels, surfels};
@@ -27,8 +27,9 @@ pub struct Network {
     pub(crate) arithmetic: Arithmetic,
     surface: Surface,
     features: Features,
-    graph: Graph,
-    /// In the order of the plan's steps, which is that of every size.
+    /// The smallest one: its steps are those of every size.
+    plan: Plan,
+    /// In the order of the plan's steps.
     convs: Vec<Conv>,
     head: Option<Head>,
 }
@@ -43,7 +44,7 @@ impl Network {
         let features = model.config().features.clone();
         let precision = precision.of(&features);
         let arithmetic = Arithmetic { precision, kernels: kernels.of(precision) };
-        let plan = Plan::new(model.graph(), Size::px(1, 1))?;
+        let plan = smallest_plan(model.graph())?;
         let (mut convs, mut head) = (Vec::new(), None);
         for step in &plan.steps {
             match step {
@@ -60,23 +61,28 @@ impl Network {
                 | Step::Image { .. } => {}
             }
         }
-        Ok(Self {
-            convs,
-            head,
-            surface: Surface { precision, textures },
-            arithmetic,
-            features,
-            graph: model.graph().clone(),
-        })
+        Ok(Self { convs, head, surface: Surface { precision, textures }, arithmetic, features, plan })
     }
 
-    /// Adds the dispatches of a plan to the list; returns the draw that ends them.
-    fn push(&self, plan: &Plan, list: &mut Dispatches) -> Result<Draw> {
-        let memory = Memory::new(self.arithmetic, &plan.buffers, list);
-        let Self { arithmetic, surface, .. } = *self;
+    /// The programs of every size.
+    ///
+    /// # Errors
+    /// When the network has no image at its end.
+    pub fn template(&self) -> Result<Template> {
+        let mut dispatches = Dispatches::default();
+        let image = self.push(&mut dispatches)?;
+        let (textures, arithmetic) = (self.surface.textures, self.arithmetic);
+        Ok(Template { textures, arithmetic, dispatches, image, trusted: true })
+    }
+
+    /// Adds the dispatches to the list; returns the draw that ends them.
+    fn push(&self, list: &mut Dispatches) -> Result<Draw> {
+        let Self { arithmetic, surface, ref plan, .. } = *self;
+        let grids = Grids::new(plan);
+        let memory = Memory::new(&plan.buffers, &grids, list);
         let depth_range = (self.features.sees(Channel::DepthNormalized))
-            .then(|| features::depth_range::push(surface, plan.size, list));
-        let context = Context { arithmetic, surface, plan, memory: &memory };
+            .then(|| features::depth_range::push(surface, list));
+        let context = Context { arithmetic, surface, plan, grids: &grids, memory: &memory };
         let mut convs = self.convs.iter();
         let place = |id: &BufferId| memory.of(*id);
         let mut image = None;
@@ -85,17 +91,17 @@ impl Network {
                 // Shaders read the normals of the first layer from its texture.
                 Step::Surfels { outputs: [_, second] } => {
                     if surface.textures.layers == Layers::Two {
-                        surfels::push_into(place(second), surface, plan.size, list);
+                        surfels::push_into(place(second), surface, list);
                     }
                 }
                 Step::Search { search, surfels, output } => {
                     let second = surfels.filter(|_| surface.textures.layers == Layers::Two);
                     let second = second.map(|[_, second]| place(&second));
-                    push_search(search, surface, (second, place(output)), plan.size, list);
+                    push_search(search, surface, (second, place(output)), list);
                 }
                 Step::Filter { search, input, output } => {
                     let shader = denoise::shader(surface, search.filter(), search.planes());
-                    denoise::push(shader, [place(input), place(output)], plan.size, list);
+                    denoise::push(shader, [place(input), place(output)], list);
                 }
                 Step::Features { search, output, patch } => {
                     let search = search.as_ref().map(place);
@@ -105,15 +111,19 @@ impl Network {
                 Step::Conv(_) => convs.next().expect("packed for every size").push(&context, list),
                 Step::Head(HeadStep { patch, planes, base, .. }) => {
                     let head = self.head.as_ref().expect("packed for every size");
-                    let raw = list.storage("visibility", head.raw_len(plan) * size_of::<f32>());
+                    let raw = list.storage("visibility", head.raw_len(&grids) * size_of::<f32>().into());
                     head.push(&context, raw, list);
                     let base = base.as_ref().map(|found| (place(found), *planes));
-                    image =
-                        Some(Image { raw: Raw::Pixels(raw), patch: *patch, cells: plan.cells(*patch), base });
+                    image = Some(Image {
+                        raw: Raw::Pixels(raw),
+                        patch: *patch,
+                        cells: grids.patches(*patch),
+                        base,
+                    });
                 }
                 Step::Image { input } => {
                     let raw = Raw::FirstChannel(place(input));
-                    image = Some(Image { raw, patch: 1, cells: plan.padded, base: None });
+                    image = Some(Image { raw, patch: 1, cells: grids.padded.clone(), base: None });
                 }
             }
         }
@@ -127,7 +137,6 @@ fn push_search(
     search: &SearchConfig,
     surface: Surface,
     (second, output): (Option<program::BufferId>, program::BufferId),
-    size: Size,
     list: &mut Dispatches,
 ) {
     let shader = match search {
@@ -135,14 +144,11 @@ fn push_search(
         SearchConfig::Arcs(params) => arcs::shader(surface, params, search.planes()),
     };
     let bindings: Vec<_> = std::iter::once(Binding::Write(output)).chain(second.map(Binding::Read)).collect();
-    pixels::push(search.method().name(), shader, &bindings, size, list);
+    pixels::push(search.method().name(), shader, &bindings, list);
 }
 
 impl Describe for Network {
     fn program(&self, size: Size) -> Result<Program> {
-        let mut list = Dispatches::default();
-        let image = self.push(&Plan::new(&self.graph, size)?, &mut list)?;
-        let (textures, arithmetic) = (self.surface.textures, self.arithmetic);
-        Ok(Program { size, textures, arithmetic, dispatches: list, image, trusted: true })
+        self.template()?.at(size)
     }
 }

@@ -10,6 +10,7 @@ use crate::gpu::wgpu_30::host::Host;
 use crate::net::config::KernelWeights;
 use crate::net::gpu::context::Context;
 use crate::net::gpu::conv::Conv;
+use crate::net::gpu::grids::Grids;
 use crate::net::gpu::head::Head;
 use crate::net::gpu::memory::{BLOCK, Memory, blocks};
 use crate::net::gpu::valid::{KERNELS, MATRICES, PRECISIONS};
@@ -46,9 +47,9 @@ struct On {
 }
 
 impl On {
-    fn context<'a>(&self, plan: &'a Plan, memory: &'a Memory) -> Context<'a> {
+    fn context<'a>(&self, plan: &'a Plan, grids: &'a Grids, memory: &'a Memory) -> Context<'a> {
         let surface = Surface { precision: self.arithmetic.precision, textures: Default::default() };
-        Context { arithmetic: self.arithmetic, surface, plan, memory }
+        Context { arithmetic: self.arithmetic, surface, plan, grids, memory }
     }
 }
 
@@ -138,6 +139,8 @@ fn run(
     output: BufferId,
 ) -> crate::Result<Vec<u8>> {
     let (host, device) = (&on.host, &on.host.device);
+    // Whatever the size of the frames, which nothing depends on.
+    let list = list.at(Size::px(1, 1), on.arithmetic.precision)?;
     let buffers = host.buffers(&list.buffers)?;
     for (buffer, image) in inputs {
         host.queue.write_buffer(&buffers[*buffer], 0, &tensor(image, on.arithmetic.precision));
@@ -233,8 +236,9 @@ fn check_conv(on: &[On], case: ConvCase<'_>) {
         let conv = Conv::new(on.arithmetic, &plan, &weights, &step);
         for rows in [1, if matches!(on.arithmetic.kernels, Kernels::Matrices(_)) { 2 } else { 4 }] {
             let mut list = Dispatches::default();
-            let memory = Memory::new(on.arithmetic, &plan.buffers, &mut list);
-            conv.push_of_rows(&on.context(&plan, &memory), rows, &mut list);
+            let grids = Grids::fixed(&plan);
+            let memory = Memory::new(&plan.buffers, &grids, &mut list);
+            conv.push_of_rows(&on.context(&plan, &grids, &memory), &[rows], &mut list);
             let inputs: Vec<_> = images.iter().enumerate().map(|(i, image)| (memory.of(i), image)).collect();
             let found = run(on, &list, &inputs, memory.of(images.len())).unwrap();
             let found = unblocked(&reals(&found, on.arithmetic.precision), (outputs, height, width));
@@ -320,7 +324,8 @@ fn check_head(on: &[On], case: HeadCase) {
     let guide_cells = naive::patch_partition(&guide, patch);
     for on in on {
         let mut list = Dispatches::default();
-        let memory = Memory::new(on.arithmetic, &plan.buffers, &mut list);
+        let grids = Grids::fixed(&plan);
+        let memory = Memory::new(&plan.buffers, &grids, &mut list);
         let step = HeadStep {
             name: "conv".to_owned(),
             input: 0,
@@ -331,8 +336,8 @@ fn check_head(on: &[On], case: HeadCase) {
             base: None,
         };
         let head = Head::new(on.arithmetic, &plan, &weights, &step);
-        let raw = list.storage("raw", head.raw_len(&plan) * 4);
-        head.push(&on.context(&plan, &memory), raw, &mut list);
+        let raw = list.storage("raw", head.raw_len(&grids) * 4.into());
+        head.push(&on.context(&plan, &grids, &memory), raw, &mut list);
         let inputs = [(memory.of(0), &input), (memory.of(1), &guide_cells)];
         let found = floats(&run(on, &list, &inputs, raw).unwrap());
         assert_close(
@@ -390,6 +395,7 @@ fn buffers_beyond_the_devices_limit_are_errors() {
     for on in devices() {
         let mut list = Dispatches::default();
         list.storage("everything", usize::MAX / 2);
+        let list = list.at(Size::px(1, 1), on.arithmetic.precision).unwrap();
         let error = on.host.buffers(&list.buffers).unwrap_err().to_string();
         assert!(error.contains("everything") && error.contains("limit"), "{error}");
     }

@@ -1,7 +1,6 @@
 //! The filter after a search. See `crate::search::denoise`.
 
-use crate::frame::size::Size;
-use crate::gpu::program::{Binding, BufferId, Dispatch, Dispatches};
+use crate::gpu::program::{Binding, BufferId, Dispatch, Dispatches, Grid};
 use crate::gpu::shader::Shader;
 use crate::gpu::surface::Surface;
 use crate::search::Denoise;
@@ -11,10 +10,12 @@ use crate::search::denoise::{REACH, SPATIAL};
 const TILE: [usize; 2] = [16, 8];
 
 /// Adds the dispatch that filters the first buffer into the second, both plane by plane.
-pub(crate) fn push(shader: Shader, [found, filtered]: [BufferId; 2], size: Size, list: &mut Dispatches) {
-    let workgroups = [size.width().div_ceil(TILE[0]), size.height().div_ceil(TILE[1]), 1];
-    let dispatch = Dispatch { label: "denoise", shader, sees_frame: true, workgroups };
-    list.push(&dispatch, &[Binding::Write(filtered), Binding::Read(found)]);
+pub(crate) fn push(shader: Shader, [found, filtered]: [BufferId; 2], list: &mut Dispatches) {
+    let variants = vec![(shader, Grid::FRAME.workgroups(TILE, 1))];
+    list.push(
+        Dispatch { label: "denoise", sees_frame: true, variants },
+        &[Binding::Write(filtered), Binding::Read(found)],
+    );
 }
 
 /// Its shader for so many planes, of which the first is a visibility.

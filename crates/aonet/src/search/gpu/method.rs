@@ -5,7 +5,7 @@ use crate::error::{Error, Result};
 use crate::frame::size::Size;
 use crate::gpu::image::{Image, Raw};
 use crate::gpu::options::{Precision, TextureEncoding};
-use crate::gpu::program::{Arithmetic, Binding, BufferId, Describe, Dispatches, Program};
+use crate::gpu::program::{Arithmetic, Binding, BufferId, Describe, Dispatches, Grid, Program, Template};
 use crate::gpu::shader::Shader;
 use crate::gpu::surface::Surface;
 use crate::search::gpu::hemisphere;
@@ -62,7 +62,7 @@ impl Method {
     }
 
     /// Adds the dispatches that fill `found`.
-    fn push_search(&self, found: BufferId, size: Size, list: &mut Dispatches) -> Result<()> {
+    fn push_search(&self, found: BufferId, list: &mut Dispatches) -> Result<()> {
         let mut bindings = vec![Binding::Write(found)];
         match &self.method {
             Classic::Ssao(params) => {
@@ -72,25 +72,27 @@ impl Method {
                 bindings.push(Binding::Read(hemisphere::buffer(&ssdo::samples(params), list)));
             }
             Classic::Gtao(params) => {
-                let pyramid = Pyramid::new(size, list);
+                let pyramid = Pyramid::new(list);
                 pyramid.push(self.surface, params, list);
                 bindings.extend(pyramid.bindings());
             }
-            Classic::Arcs(_) => bindings.extend(surfels::push(self.surface, size, list)),
+            Classic::Arcs(_) => bindings.extend(surfels::push(self.surface, list)),
             Classic::Hbao(_) | Classic::Vbao(_) | Classic::Agtao(_) | Classic::Nnao(_) => {}
         }
         let shader = shader(self.surface, &self.method, self.picture.planes())?;
-        pixels::push(self.method.name(), shader, &bindings, size, list);
+        pixels::push(self.method.name(), shader, &bindings, list);
         Ok(())
     }
-}
 
-impl Describe for Method {
-    fn program(&self, size: Size) -> Result<Program> {
+    /// The programs of every size.
+    ///
+    /// # Errors
+    /// When a parameter is out of its range.
+    pub fn template(&self) -> Result<Template> {
         let (surface, planes, mut list) = (self.surface, self.picture.planes(), Dispatches::default());
-        let bytes = planes * size.pixels() * size_of::<f32>();
-        let buffers = [(); 2].map(|()| list.storage("found", bytes));
-        self.push_search(buffers[0], size, &mut list)?;
+        let bytes = Grid::FRAME.count() * (planes * size_of::<f32>()).into();
+        let buffers = [(); 2].map(|()| list.storage("found", bytes.clone()));
+        self.push_search(buffers[0], &mut list)?;
         let filter = self.method.denoise();
         let passes = match self.picture {
             Picture::Visibility => filter.passes as usize,
@@ -98,17 +100,24 @@ impl Describe for Method {
         };
         for i in 0..passes {
             let way = [buffers[i % 2], buffers[(i + 1) % 2]];
-            denoise::push(denoise::shader(surface, filter, 1), way, size, &mut list);
+            denoise::push(denoise::shader(surface, filter, 1), way, &mut list);
         }
         let found = buffers[passes % 2];
         let image = match self.picture {
             Picture::Visibility => {
-                Image { raw: Raw::Pixels(found), patch: 1, cells: size, base: None }.draw(surface, &mut list)
+                Image { raw: Raw::Pixels(found), patch: 1, cells: Grid::FRAME, base: None }
+                    .draw(surface, &mut list)
             }
             Picture::Shares => shares::draw(found, surface, &mut list),
         };
         let (textures, arithmetic) = (surface.textures, Arithmetic::PLAIN);
-        Ok(Program { size, textures, arithmetic, dispatches: list, image, trusted: true })
+        Ok(Template { textures, arithmetic, dispatches: list, image, trusted: true })
+    }
+}
+
+impl Describe for Method {
+    fn program(&self, size: Size) -> Result<Program> {
+        self.template()?.at(size)
     }
 }
 

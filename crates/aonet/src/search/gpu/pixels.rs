@@ -1,7 +1,6 @@
 //! A method that looks around every pixel.
 
-use crate::frame::size::Size;
-use crate::gpu::program::{Binding, Dispatch, Dispatches};
+use crate::gpu::program::{Binding, Dispatch, Dispatches, Grid};
 use crate::gpu::shader::Shader;
 use crate::gpu::surface::Surface;
 use crate::search::noise;
@@ -39,8 +38,8 @@ pub(crate) fn of_planes(surface: Surface, by: Reach, planes: usize) -> Shader {
         .part(include_str!("pixels.wgsl"))
 }
 
-/// Adds the dispatch of a shader over a frame of `size`.
-pub(crate) fn push(label: &str, shader: Shader, bindings: &[Binding], size: Size, list: &mut Dispatches) {
-    let workgroups = [size.width().div_ceil(TILE[0]), size.height().div_ceil(TILE[1]), 1];
-    list.push(&Dispatch { label, shader, sees_frame: true, workgroups }, bindings);
+/// Adds the dispatch of a shader over a frame.
+pub(crate) fn push(label: &str, shader: Shader, bindings: &[Binding], list: &mut Dispatches) {
+    let variants = vec![(shader, Grid::FRAME.workgroups(TILE, 1))];
+    list.push(Dispatch { label, sees_frame: true, variants }, bindings);
 }

@@ -1,7 +1,6 @@
 //! Coarser depth for far taps. See `crate::search::pyramid`.
 
-use crate::frame::size::Size;
-use crate::gpu::program::{Binding, BufferId, Dispatch, Dispatches};
+use crate::gpu::program::{Binding, BufferId, Dispatch, Dispatches, Grid, Number};
 use crate::gpu::shader::Shader;
 use crate::gpu::surface::Surface;
 use crate::search::GtaoParams;
@@ -16,23 +15,24 @@ pub(crate) struct Pyramid {
     /// The struct `Levels` of `levels.wgsl`.
     levels: BufferId,
     coarse: BufferId,
-    /// Of the frame.
-    size: Size,
 }
 
 impl Pyramid {
-    /// Adds memory for a frame of `size`.
-    pub(crate) fn new(size: Size, list: &mut Dispatches) -> Self {
-        let sizes =
-            (1..=COARSER).map(|level| [size.width(), size.height()].map(|side| side.div_ceil(1 << level)));
-        let (mut numbers, mut cells) = ([0; 2 * COARSER], 0);
-        for (level, [width, height]) in sizes.enumerate() {
-            (numbers[level], numbers[COARSER + level]) = (cells, width);
-            cells += width * height;
+    /// Adds memory for a frame.
+    pub(crate) fn new(list: &mut Dispatches) -> Self {
+        let sizes = (1..=COARSER).map(|level| {
+            let side = 1 << level;
+            [Number::WIDTH.div_ceil(side), Number::HEIGHT.div_ceil(side)]
+        });
+        let (mut firsts, mut widths, mut cells) = (vec![], vec![], Number::from(0));
+        for [width, height] in sizes {
+            firsts.push(cells.clone());
+            widths.push(width.clone());
+            cells = cells + width * height;
         }
-        let levels = list.uniform("pyramid levels", &numbers);
-        let coarse = list.storage("pyramid", cells * size_of::<f32>());
-        Self { levels, coarse, size }
+        let levels = list.uniform("pyramid levels", firsts.into_iter().chain(widths));
+        let coarse = list.storage("pyramid", cells * size_of::<f32>().into());
+        Self { levels, coarse }
     }
 
     /// What a search binds after its output.
@@ -45,10 +45,9 @@ impl Pyramid {
         if coarser(params) == 0 {
             return;
         }
-        let shader = shader(surface, params);
-        let workgroups = [self.size.width().div_ceil(16), self.size.height().div_ceil(16), 1];
+        let variants = vec![(shader(surface, params), Grid::FRAME.workgroups([16, 16], 1))];
         let bindings = [Binding::Uniform(self.levels), Binding::Write(self.coarse)];
-        list.push(&Dispatch { label: "pyramid", shader, sees_frame: true, workgroups }, &bindings);
+        list.push(Dispatch { label: "pyramid", sees_frame: true, variants }, &bindings);
     }
 }
 

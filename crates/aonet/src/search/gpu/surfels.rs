@@ -1,26 +1,25 @@
 //! Normals of the second layer, one word a pixel. See `crate::search::surfels`.
 
-use crate::frame::size::Size;
 use crate::gpu::options::Layers;
-use crate::gpu::program::{Binding, BufferId, Dispatches};
+use crate::gpu::program::{Binding, BufferId, Dispatches, Grid};
 use crate::gpu::shader::Shader;
 use crate::gpu::surface::Surface;
 use crate::search::gpu::pixels;
 use crate::search::surfels::LENGTH;
 
 /// Adds the dispatch that packs them, if frames have a second layer; what a search then binds after its output.
-pub(crate) fn push(surface: Surface, size: Size, list: &mut Dispatches) -> Option<Binding> {
+pub(crate) fn push(surface: Surface, list: &mut Dispatches) -> Option<Binding> {
     if surface.textures.layers == Layers::One {
         return None;
     }
-    let surfels = list.storage("surfels", size.pixels() * size_of::<u32>());
-    push_into(surfels, surface, size, list);
+    let surfels = list.storage("surfels", Grid::FRAME.count() * size_of::<u32>().into());
+    push_into(surfels, surface, list);
     Some(Binding::Read(surfels))
 }
 
 /// The same into a buffer of one word a pixel, for frames with a second layer.
-pub(crate) fn push_into(surfels: BufferId, surface: Surface, size: Size, list: &mut Dispatches) {
-    pixels::push("surfels", shader(surface), &[Binding::Write(surfels)], size, list);
+pub(crate) fn push_into(surfels: BufferId, surface: Surface, list: &mut Dispatches) {
+    pixels::push("surfels", shader(surface), &[Binding::Write(surfels)], list);
 }
 
 /// The shader that packs them; it reads two layers.

@@ -4,11 +4,12 @@ mod conv_matrix;
 mod filters;
 mod kind;
 
+use crate::gpu::matrices;
 use crate::gpu::options::Kernels;
-use crate::gpu::program::{Arithmetic, Binding, Contents, Dispatch, Dispatches, floats};
+use crate::gpu::program::{Arithmetic, Binding, Contents, Dispatch, Dispatches, Number, floats};
 use crate::net::gpu::context::Context;
 use crate::net::gpu::memory::blocks;
-use crate::net::gpu::tiles::{rows, workgroups};
+use crate::net::gpu::tiles::{ROWS, workgroups};
 use crate::net::plan::{BufferId, ConvStep, Plan, Source};
 use crate::net::weights::Weights;
 use filters::Filters;
@@ -73,50 +74,51 @@ impl Conv {
         units.div_ceil(units.div_ceil(most)) * unit
     }
 
-    /// Adds the dispatch for a plan.
+    /// Adds the dispatch.
     pub(crate) fn push(&self, context: &Context<'_>, list: &mut Dispatches) {
-        let output = &context.plan.buffers[self.output];
-        let cells = output.size();
         let rows = match context.arithmetic.kernels {
-            Kernels::Matrices(matrices) => matrices.rows(cells, self.tiles),
-            Kernels::Plain | Kernels::Subgroups => rows(cells, self.tiles),
+            Kernels::Matrices(_) => &matrices::ROWS[..],
+            Kernels::Plain | Kernels::Subgroups => &ROWS,
         };
         self.push_of_rows(context, rows, list);
     }
 
-    /// Adds the dispatch with a number of rows of an invocation.
-    pub(crate) fn push_of_rows(&self, context: &Context<'_>, rows: usize, list: &mut Dispatches) {
-        let Context { arithmetic, plan, memory, .. } = *context;
-        let output = &plan.buffers[self.output];
+    /// Adds the dispatch with these numbers of rows of an invocation to choose from.
+    pub(crate) fn push_of_rows(&self, context: &Context<'_>, rows: &[usize], list: &mut Dispatches) {
+        let Context { arithmetic, memory, grids, .. } = *context;
         let mut bindings = vec![
-            Binding::Uniform(list.uniform(&self.name, &self.shape(plan))),
-            Binding::Read(list.filled(&self.name, &self.weights)),
+            Binding::Uniform(list.uniform(&self.name, self.shape(context))),
+            Binding::Read(list.reals(&self.name, &self.weights, arithmetic.precision.bytes())),
             Binding::Read(list.filled(&self.name, &self.bias)),
             Binding::Write(memory.of(self.output)),
         ];
         bindings.extend(self.sources.iter().map(|s| Binding::Read(memory.of(s.buffer))));
-        let cells = output.size();
-        let (shader, workgroups) = match arithmetic.kernels {
+        let cells = grids.of(self.output);
+        let variant = |rows: &usize| match arithmetic.kernels {
             Kernels::Matrices(matrices) => {
-                (self.kind.matrix_shader(matrices, rows), matrices.workgroups(cells, rows, self.tiles))
+                (self.kind.matrix_shader(matrices, *rows), matrices.workgroups(cells, *rows, self.tiles))
             }
             Kernels::Plain | Kernels::Subgroups => {
-                (self.kind.shader(arithmetic, rows), workgroups(cells, rows, self.tiles))
+                (self.kind.shader(arithmetic, *rows), workgroups(cells, *rows, self.tiles))
             }
         };
-        list.push(&Dispatch { label: &self.name, shader, sees_frame: false, workgroups }, &bindings);
+        let variants = rows.iter().map(variant).collect();
+        list.push(Dispatch { label: &self.name, sees_frame: false, variants }, &bindings);
     }
 
     /// The struct `Conv` of `buffers.wgsl`.
-    fn shape(&self, plan: &Plan) -> Vec<usize> {
-        let output = &plan.buffers[self.output];
+    fn shape(&self, Context { plan, grids, .. }: &Context<'_>) -> Vec<Number> {
+        let sides = |tensor: BufferId| {
+            let cells = grids.of(tensor);
+            [cells.width.clone(), cells.height.clone()]
+        };
         let (mut sources, mut first) = (vec![], 0);
         for source in &self.sources {
-            let from = &plan.buffers[source.buffer];
-            sources.extend([from.width, from.height, first, 0]);
-            first += blocks(from.channels);
+            sources.extend(sides(source.buffer).into_iter().chain([first.into(), 0.into()]));
+            first += blocks(plan.buffers[source.buffer].channels);
         }
-        let header = [output.width, output.height, first, blocks(output.channels)];
-        [&header[..], &sources].concat()
+        let out_blocks = blocks(plan.buffers[self.output].channels);
+        let header = sides(self.output).into_iter().chain([first.into(), out_blocks.into()]);
+        header.chain(sources).collect()
     }
 }

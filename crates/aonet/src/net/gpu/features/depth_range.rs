@@ -1,7 +1,6 @@
 //! The range of depths of a frame's foreground.
 
-use crate::frame::size::Size;
-use crate::gpu::program::{Binding, BufferId, Dispatch, Dispatches};
+use crate::gpu::program::{Binding, BufferId, Dispatch, Dispatches, Grid};
 use crate::gpu::shader::Shader;
 use crate::gpu::surface::Surface;
 
@@ -9,15 +8,14 @@ use crate::gpu::surface::Surface;
 const TILE: [usize; 2] = [16, 16];
 
 /// Adds the dispatch that finds the range; returns its buffer.
-pub(crate) fn push(surface: Surface, size: Size, list: &mut Dispatches) -> BufferId {
+pub(crate) fn push(surface: Surface, list: &mut Dispatches) -> BufferId {
     let range = list.cleared("depth range", 2 * size_of::<u32>());
     let dispatch = Dispatch {
         label: "depth range",
-        shader: shader(surface),
         sees_frame: true,
-        workgroups: [size.width().div_ceil(TILE[0]), size.height().div_ceil(TILE[1]), 1],
+        variants: vec![(shader(surface), Grid::FRAME.workgroups(TILE, 1))],
     };
-    list.push(&dispatch, &[Binding::Write(range)]);
+    list.push(dispatch, &[Binding::Write(range)]);
     range
 }
 

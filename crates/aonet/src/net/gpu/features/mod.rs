@@ -30,19 +30,18 @@ pub(crate) struct Target {
 /// Adds the dispatch that writes the features of the frame.
 pub(crate) fn push(features: &Features, target: Target, context: &Context<'_>, list: &mut Dispatches) {
     let Target { output, patch, depth_range, search } = target;
-    let cells = &context.plan.buffers[output];
-    let size = list.uniform("features", &[cells.width, cells.height]);
+    let cells = context.grids.of(output);
+    let size = list.uniform("features", [cells.width.clone(), cells.height.clone()]);
     let mut bindings = vec![Binding::Uniform(size), Binding::Write(context.memory.of(output))];
     bindings.extend(depth_range.map(Binding::Read));
     bindings.extend(search.map(Binding::Read));
     let quads = blocks(patch * patch);
     let dispatch = Dispatch {
         label: "features",
-        shader: shader(context.surface, features, patch),
         sees_frame: true,
-        workgroups: [cells.width.div_ceil(TILE[0]), cells.height.div_ceil(TILE[1]), quads],
+        variants: vec![(shader(context.surface, features, patch), cells.workgroups(TILE, quads))],
     };
-    list.push(&dispatch, &bindings);
+    list.push(dispatch, &bindings);
 }
 
 /// The shader of the features. Depth range and search follow the output, where there are such.

@@ -4,11 +4,11 @@
 pub(crate) mod kernel_predict_matrix;
 pub(crate) mod kind;
 
-use crate::frame::size::Size;
 use crate::gpu::matrices::Matrices;
-use crate::gpu::program::{self, Arithmetic, Binding, Contents, Dispatch, Dispatches, floats};
+use crate::gpu::program::{self, Arithmetic, Binding, Contents, Dispatch, Dispatches, Number, floats};
 use crate::net::config::KernelWeights;
 use crate::net::gpu::context::Context;
+use crate::net::gpu::grids::Grids;
 use crate::net::gpu::memory::{BLOCK, blocks};
 use crate::net::gpu::tiles;
 use crate::net::kernel::{GUIDE_CHANNELS, TAPS, WINDOW};
@@ -59,21 +59,19 @@ impl Head {
         Self { name, input, guide, kind: HeadKind { patch, kernel, planes }, matrices, weights, bias }
     }
 
-    /// Values that it writes for a plan.
-    pub(crate) fn raw_len(&self, plan: &Plan) -> usize {
-        plan.padded.pixels() * self.kind.planes
+    /// Values that it writes.
+    pub(crate) fn raw_len(&self, grids: &Grids) -> Number {
+        grids.padded.count() * self.kind.planes.into()
     }
 
-    /// Adds the dispatch for a plan; `raw` gets the values of each pixel, plane by plane and pixel of the patch by pixel.
+    /// Adds the dispatch; `raw` gets the values of each pixel, plane by plane and pixel of the patch by pixel.
     pub(crate) fn push(&self, context: &Context<'_>, raw: program::BufferId, list: &mut Dispatches) {
-        let Context { arithmetic, plan, memory, .. } = *context;
-        let input = &plan.buffers[self.input];
-        let cells = input.size();
+        let Context { arithmetic, plan, memory, grids, .. } = *context;
+        let (cells, channels) = (grids.of(self.input), plan.buffers[self.input].channels);
+        let shape = [cells.width.clone(), cells.height.clone(), blocks(channels).into(), 0.into()];
         let mut bindings = vec![
-            Binding::Uniform(
-                list.uniform("head", &[cells.width(), cells.height(), blocks(input.channels), 0]),
-            ),
-            Binding::Read(list.filled(&self.name, &self.weights)),
+            Binding::Uniform(list.uniform("head", shape)),
+            Binding::Read(list.reals(&self.name, &self.weights, arithmetic.precision.bytes())),
             Binding::Read(list.filled(&self.name, &self.bias)),
             Binding::Write(raw),
             Binding::Read(memory.of(self.input)),
@@ -84,25 +82,24 @@ impl Head {
                 bindings.push(Binding::Read(memory.of(self.guide)))
             }
         }
-        let (shader, workgroups) = match self.matrices {
+        let plain = |rows: usize| (shader(arithmetic, self.kind, rows), tiles::workgroups(cells, rows, 1));
+        let variants = match self.matrices {
             Some(matrices) => {
-                (matrix::shader(matrices, input.channels, self.kind), matrices.workgroups(cells, 1, 1))
+                vec![(matrix::shader(matrices, channels, self.kind), matrices.workgroups(cells, 1, 1))]
             }
-            None => {
-                let rows = cells_each(cells, self.kind.kernel);
-                (shader(arithmetic, self.kind, rows), tiles::workgroups(cells, rows, 1))
-            }
+            None => cells_each(self.kind.kernel).map(plain).collect(),
         };
-        list.push(&Dispatch { label: "head", shader, sees_frame: false, workgroups }, &bindings);
+        list.push(Dispatch { label: "head", sees_frame: false, variants }, &bindings);
     }
 }
 
-/// Cells of an invocation.
-fn cells_each(cells: Size, kernel: KernelWeights) -> usize {
-    match kernel {
-        KernelWeights::Off => tiles::rows(cells, 1),
-        KernelWeights::Linear | KernelWeights::Softmax => tiles::rows(cells, 1).min(MAX_CELLS),
-    }
+/// Cells of an invocation, to choose from.
+fn cells_each(kernel: KernelWeights) -> impl Iterator<Item = usize> {
+    let most = match kernel {
+        KernelWeights::Off => usize::MAX,
+        KernelWeights::Linear | KernelWeights::Softmax => MAX_CELLS,
+    };
+    tiles::ROWS.into_iter().filter(move |rows| *rows <= most)
 }
 
 /// By `group` of outputs that are computed together, block of inputs, block of outputs, input of the block.
