@@ -368,6 +368,14 @@ fn programs_are_exported_as_data() {
     let (document, _) = read("new/out");
     assert_eq!(document["textures"]["layers"], "two");
     assert_eq!(document["textures"]["depth"], "reversed");
+    // The program of one size is what the template says.
+    desk.ok("export paper --program any --precision f32");
+    desk.ok("export paper --program one --precision f32 --size 75x41");
+    let ((any, any_blob), (one, one_blob)) = (read("any"), read("one"));
+    let any = Template::from_bytes(&serde_json::to_vec(&any).unwrap(), &any_blob).unwrap();
+    let expected = any.at(aonet::Size::px(75, 41)).unwrap().to_bytes().unwrap();
+    assert_eq!(serde_json::from_slice::<Value>(&expected.json).unwrap(), one);
+    assert_eq!(expected.blob, one_blob);
     // One command writes both.
     let facts = desk.json("export paper --onnx both.onnx --program both --json");
     assert!(facts["path"] == "both.onnx" && facts["program"]["paths"].as_array().unwrap().len() == 2);
@@ -413,7 +421,7 @@ fn networks_are_exported_to_onnx() {
         ("export paper.safetensors", "--onnx"),
         ("export paper.safetensors", "--program"),
         ("export gtao --onnx x.onnx", "gtao"),
-        ("export paper.safetensors --program x --size 75x41", "--onnx"),
+        ("export paper.safetensors --onnx x.onnx --layers 2", "--program"),
         ("export paper.safetensors --onnx x.onnx --depth linear", "--program"),
     ] {
         let stderr = desk.fails(line);

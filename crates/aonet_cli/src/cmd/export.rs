@@ -5,6 +5,7 @@ mod program;
 
 use crate::output;
 use anyhow::Result;
+use aonet::Size;
 use clap::{ArgGroup, Parser};
 use serde_json::json;
 use std::path::PathBuf;
@@ -17,7 +18,7 @@ use std::path::PathBuf;
 /// free, but multiples of the alignment: pad right and bottom by repeating the edge.
 ///
 /// A program is complete: it takes a frame's normals, depth and camera. It consists of shaders in WGSL, buffers and dispatches,
-/// for frames of any size, within WebGPU's default limits. docs/program_format.md of the sources describes it.
+/// for frames of any size or of --size, within WebGPU's default limits. docs/program_format.md of the sources describes it.
 #[derive(Debug, Parser)]
 #[command(
     group(ArgGroup::new("to").required(true).multiple(true).args(["onnx", "program"])),
@@ -39,6 +40,9 @@ pub(crate) struct Args {
     onnx: onnx::OnnxArgs,
     #[command(flatten)]
     program: program::ProgramArgs,
+    /// Size of the frames, any; an ONNX file pads and crops by itself [default: free].
+    #[arg(long, value_name = "WxH", value_parser = super::bench::parse_size)]
+    size: Option<Size>,
     /// Print facts as JSON.
     #[arg(long)]
     json: bool,

@@ -3,8 +3,8 @@
 use super::{Args, Written};
 use crate::setup;
 use anyhow::{Context, Result};
+use aonet::AoParams;
 use aonet::net::Model;
-use aonet::{AoParams, Size};
 use aonet_lab::frame::{Frame, FrameHints};
 use aonet_lab::onnx::{self, Extent, Form, Side};
 use aonet_scene::atomic_file;
@@ -17,9 +17,6 @@ pub(super) struct OnnxArgs {
     /// File to write.
     #[arg(long = "onnx", id = "onnx", value_name = "OUT.onnx")]
     pub(super) path: Option<PathBuf>,
-    /// Size of the frames, any; the file pads and crops by itself [default: free].
-    #[arg(long, value_name = "WxH", requires = "onnx", value_parser = crate::cmd::bench::parse_size)]
-    size: Option<Size>,
     /// Rewrite linear kernels to be fast in ONNX Runtime; equal results up to rounding.
     #[arg(long, requires = "onnx")]
     tuned: bool,
@@ -34,7 +31,7 @@ pub(super) fn write(args: &Args) -> Result<Option<Written>> {
     let Some(path) = &args.onnx.path else { return Ok(None) };
     let model = args.model()?;
     let form = if args.onnx.tuned { Form::Tuned } else { Form::Plain };
-    let extent = (args.onnx.size)
+    let extent = (args.size)
         .map_or(Extent::Dynamic, |size| Extent::Fixed { width: size.width(), height: size.height() });
     is_onnx(path)?;
     let file = onnx::export(&model, form, extent)?;

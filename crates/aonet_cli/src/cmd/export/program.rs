@@ -86,11 +86,16 @@ pub(super) fn write(args: &Args) -> Result<Option<Written>> {
         TextureEncoding { normals: normals.0, normal_space: normal_space.0, depth: depth.0, layers };
     let options = ProgramOptions { precision: precision.0, kernels: Kernels::Plain, textures };
     let template = template(args, options)?;
-    let ProgramBytes { json, blob } = template.to_bytes()?;
+    let ProgramBytes { json, blob } = match args.size {
+        None => template.to_bytes()?,
+        Some(size) => template.at(size)?.to_bytes()?,
+    };
     let sha256: String = Sha256::digest(&blob).iter().map(|byte| format!("{byte:02x}")).collect();
     let mut document: Value = serde_json::from_slice(&json)?;
-    document["blob"]["file"] = json!(BLOB);
-    document["blob"]["sha256"] = json!(sha256);
+    if args.size.is_none() {
+        document["blob"]["file"] = json!(BLOB);
+        document["blob"]["sha256"] = json!(sha256);
+    }
     std::fs::create_dir_all(folder).with_context(|| format!("--program {}", folder.display()))?;
     let paths = [folder.join(BLOB), folder.join(JSON)];
     let json = serde_json::to_vec(&document)?;
@@ -99,7 +104,7 @@ pub(super) fn write(args: &Args) -> Result<Option<Written>> {
     atomic_file::write(&paths[1], &json)?;
     let facts = json!({ "program": {
         "paths": paths, "bytes": { "json": json.len(), "blob": blob.len() }, "sha256": sha256,
-        "precision": document["precision"], "textures": document["textures"], "passes": template.pass_count(),
+        "precision": template.precision(), "textures": document["textures"], "passes": template.pass_count(),
     }});
     let notes = vec![format!(
         "{} passes, {} shaders, {} bytes of weights, {}",
