@@ -50,7 +50,8 @@ export class Program {
   static async from(document, blob) {
     check(document?.format === FORMAT, 'program: format', FORMAT, document?.format);
     check(blob instanceof ArrayBuffer, 'program: block', 'an ArrayBuffer', blob?.constructor?.name ?? typeof blob);
-    const { bytes, sha256 } = document.blob;
+    const { bytes, sha256 } = document.blob ?? {};
+    check(Number.isInteger(bytes) && Array.isArray(document.passes), 'program', 'what `aonet export --program` writes', 'other JSON');
     check(blob.byteLength === bytes, 'program: block', `${bytes} bytes`, `${blob.byteLength} bytes`);
     // Pages that are not secure contexts cannot compute digests.
     if (sha256 && globalThis.crypto?.subtle) {
@@ -149,8 +150,12 @@ function address(which) {
   }
 }
 
+/** Node's `fetch` reads no files of the disk. */
+const fromDisk = async (url) => new Response(await process.getBuiltinModule('node:fs').promises.readFile(url));
+
 async function fetchAs(url, kind) {
-  const response = await fetch(url).catch((cause) => { throw wrong(String(url), 'a file of a program', cause.message); });
+  const disk = url.protocol === 'file:' && typeof globalThis.process?.getBuiltinModule === 'function';
+  const response = await (disk ? fromDisk : fetch)(url).catch((cause) => { throw wrong(String(url), 'a file of a program', cause.message); });
   check(response.ok, String(url), 'a file of a program', `${response.status} ${response.statusText}`);
   return response[kind]().catch((cause) => { throw wrong(String(url), kind === 'json' ? 'JSON' : 'bytes', cause.message); });
 }

@@ -1,5 +1,5 @@
 // Ambient occlusion as a node of three.js's render pipeline, for its WebGPURenderer.
-import { HalfFloatType, LinearFilter, Node, NodeUpdateType, RedFormat, RenderTarget } from 'three/webgpu';
+import { HalfFloatType, LinearFilter, Node, NodeUpdateType, RedFormat, RenderTarget, RendererUtils } from 'three/webgpu';
 import { builtinAOContext, float, mrt, normalView, pass, passTexture, screenUV, select, uniform, vec3, vec4 } from 'three/tsl';
 import { AonetError, check } from './errors.js';
 import { HalfSession } from './half.js';
@@ -48,6 +48,7 @@ export class AonetNode extends Node {
     this._ready.catch(() => {});
     this._session = null;
     this._working = null;
+    this._opened = false;
     this._target = new RenderTarget(1, 1, { depthBuffer: false, format: RedFormat, type: HalfFloatType, minFilter: LinearFilter, magFilter: LinearFilter });
     this._target.texture.name = 'aonet visibility';
     this._textureNode = passTexture(this, this._target.texture);
@@ -77,12 +78,23 @@ export class AonetNode extends Node {
   }
 
   updateBefore({ renderer }) {
+    if (!this._opened) this._open(renderer);
     if (this.error) return;
     try {
       this._update(renderer);
     } catch (error) {
       this._fail(error);
     }
+  }
+
+  /** Until the network is there, and where it cannot be, everything is open. */
+  _open(renderer) {
+    this._opened = true;
+    const state = RendererUtils.resetRendererState(renderer);
+    renderer.setClearColor(0xffffff, 1);
+    renderer.setRenderTarget(this._target);
+    renderer.clear(true, false, false);
+    RendererUtils.restoreRendererState(renderer, state);
   }
 
   _fail(error) {

@@ -119,21 +119,27 @@ const FRAMES = [
   { name: 'after a resize', model: 'fast', size: [90, 61] },
 ];
 
+/** Mean of a canvas that was just drawn [0 to 255]. */
+function canvasMean({ domElement }) {
+  const picture = new OffscreenCanvas(WIDTH, HEIGHT);
+  picture.getContext('2d').drawImage(domElement, 0, 0);
+  const { data } = picture.getContext('2d').getImageData(0, 0, WIDTH, HEIGHT);
+  return data.reduce((sum, value, i) => (i % 4 < 3 ? sum + value : sum), 0) / (3 * WIDTH * HEIGHT);
+}
+
 /** What the canvas shows, as the mean of its pixels [0 to 255] for each view. */
 async function views() {
   const renderer = await makeRenderer();
   const { scene, camera } = makeScene(WIDTH / HEIGHT);
   const node = aonetPass(scene, camera, { model: 'fast', radius: RADIUS });
   const pipeline = new THREE.RenderPipeline(renderer, node);
-  await settle(pipeline, node.ao);
   const mean = async () => {
     pipeline.render();
-    const picture = new OffscreenCanvas(WIDTH, HEIGHT);
-    picture.getContext('2d').drawImage(renderer.domElement, 0, 0);
-    const { data } = picture.getContext('2d').getImageData(0, 0, WIDTH, HEIGHT);
-    return data.reduce((sum, value, i) => (i % 4 < 3 ? sum + value : sum), 0) / (3 * WIDTH * HEIGHT);
+    return canvasMean(renderer);
   };
-  const found = {};
+  const found = { start: await mean() };
+  if (node.ao.isReady) throw new Error('compiled before the first frame');
+  await settle(pipeline, node.ao);
   for (const view of ['lit', 'none', 'ao']) {
     node.view = view;
     found[view] = await mean();
@@ -143,8 +149,6 @@ async function views() {
   node.ao.intensity.value = 0;
   found.off = await mean();
   node.ao.intensity.value = 1;
-  const grey = new THREE.RenderPipeline(renderer, vec4(0, 0, 0, 1));
-  grey.render();
   // Other options while it runs.
   const sum = async () => (await read(renderer, node.ao.getTextureNode().value)).values.reduce((a, v, i) => (i % 4 ? a : a + v), 0) / (WIDTH * HEIGHT);
   found.full = await sum();
@@ -158,6 +162,18 @@ async function views() {
   found.small = await sum();
   found.complaints = renderer.complaints;
   return found;
+}
+
+/** Mean of a canvas without WebGPU [0 to 255], which shows visibility alone. */
+async function meanOnWebGl() {
+  const renderer = await makeRenderer({ forceWebGL: true });
+  const { scene, camera } = makeScene(WIDTH / HEIGHT);
+  const node = aonetPass(scene, camera, { model: 'fast', radius: RADIUS, view: 'ao' });
+  node.ao.onError = () => {};
+  const pipeline = new THREE.RenderPipeline(renderer, node);
+  pipeline.render();
+  pipeline.render();
+  return canvasMean(renderer);
 }
 
 /** The messages of mistakes. */
@@ -218,7 +234,7 @@ async function mistakes() {
 const post = (name, value) => fetch(`/report/${name}`, { method: 'POST', body: JSON.stringify(value) });
 try {
   for (const frame of FRAMES) await post('frame', await frameOf(frame));
-  await post('done', { views: await views(), mistakes: await mistakes() });
+  await post('done', { views: await views(), meanOnWebGl: await meanOnWebGl(), mistakes: await mistakes() });
 } catch (error) {
   await post('done', { error: error.stack });
 }

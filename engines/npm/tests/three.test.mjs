@@ -38,15 +38,18 @@ for (const [name, model] of Object.entries(NAMES)) {
 }
 
 test('views, intensity, radius and half resolution', (t) => {
-  const { lit, none, ao, strong, off, full, half, small, complaints } = report.views;
+  const { start, lit, none, ao, strong, off, full, half, small, complaints } = report.views;
   t.diagnostic(JSON.stringify(report.views));
   assert.deepEqual(complaints, []);
+  assert.equal(start, none, 'everything is open until the network is compiled');
   assert.ok(lit < none - 2, 'ambient occlusion darkens');
   assert.ok(ao > lit, 'the picture of visibility is mostly white');
   assert.ok(strong < ao - 2 && off > 254, 'intensity is a power');
   assert.ok(Math.abs(half - full) < 0.02 && half !== full, 'half resolution is near the full one');
   assert.ok(small > half + 0.02, 'a smaller radius is brighter');
 });
+
+test('without WebGPU everything is open', () => assert.ok(report.meanOnWebGl > 254, String(report.meanOnWebGl)));
 
 for (const [name, expected] of Object.entries({
   WebGL: /WebGPURenderer on WebGPU, found WebGLBackend/,
