@@ -14,7 +14,8 @@ const SHADER = `
 @fragment fn main(@builtin(position) place: vec4<f32>) -> @location(0) vec4<f32> {
     return textureLoad(stored, vec2<u32>(place.xy), 0);
 }`;
-const wait = () => new Promise((resolve) => setTimeout(resolve, 20));
+const post = (name, value) => fetch(`/report/${name}`, { method: 'POST', body: JSON.stringify(value) });
+const wait = () => new Promise((resolve) => setTimeout(resolve, 50));
 
 async function makeRenderer(options = {}, [width, height] = [WIDTH, HEIGHT]) {
   const renderer = new THREE.WebGPURenderer({ canvas: document.createElement('canvas'), antialias: false, ...options });
@@ -154,7 +155,7 @@ async function views() {
   found.full = await sum();
   node.ao.halfResolution = true;
   const before = node.ao._session;
-  while (node.ao._session === before) { pipeline.render(); await wait(); }
+  while (node.ao._session === before && !node.ao.error) { pipeline.render(); await wait(); }
   pipeline.render();
   found.half = await sum();
   node.ao.radius = 0.1;
@@ -185,11 +186,12 @@ async function mistakes() {
       const { renderer, node } = await make();
       node.onError = () => {};
       const pipeline = new THREE.RenderPipeline(renderer, vec4(node.getVisibilityNode?.() ?? node.ao.getVisibilityNode()));
-      for (let i = 0; i < 400 && !node.error && !node.isReady; i++) { pipeline.render(); await wait(); }
+      while (!node.error && !node.isReady) { pipeline.render(); await wait(); }
       found[name] = await node.ready().then(() => 'no error', (error) => `${error.name}: ${error.message}`);
     } catch (error) {
       found[name] = `${error.name}: ${error.message}`;
     }
+    await post('mistake', { name });
   };
   const prepassed = (options, samples = 0) => {
     const prepass = pass(scene, camera, { samples }).setMRT(mrt({ output: normalView }));
@@ -231,7 +233,6 @@ async function mistakes() {
   return found;
 }
 
-const post = (name, value) => fetch(`/report/${name}`, { method: 'POST', body: JSON.stringify(value) });
 try {
   for (const frame of FRAMES) await post('frame', await frameOf(frame));
   await post('done', { views: await views(), meanOnWebGl: await meanOnWebGl(), mistakes: await mistakes() });

@@ -42,11 +42,12 @@ export function serve(answer = () => '', port = 0) {
   return new Promise((resolve) => server.listen(port, '127.0.0.1', () => resolve(server)));
 }
 
-/** Opens a page and waits for its report `done`, a JSON object; other reports go to `answer`. */
-export async function visit(path, { answer = () => '', timeoutS = 420, flags = [] } = {}) {
+/** Opens a page and waits for its report `done`, a JSON object; other reports go to `answer`. The limit is for the time between two reports. */
+export async function visit(path, { answer = () => '', timeoutS = 600, flags = [] } = {}) {
   let finish;
   const done = new Promise((resolve, reject) => (finish = { resolve, reject }));
   const server = await serve(async (name, body) => {
+    timer.refresh();
     if (name !== 'done') return answer(name, body);
     finish.resolve(JSON.parse(body.toString()));
     return '';
