@@ -1,12 +1,15 @@
 // Ambient occlusion as a node of three.js's render pipeline, for its WebGPURenderer.
 import { HalfFloatType, LinearFilter, Node, NodeUpdateType, RedFormat, RenderTarget, RendererUtils } from 'three/webgpu';
-import { builtinAOContext, float, mrt, normalView, pass, passTexture, screenUV, select, uniform, vec3, vec4 } from 'three/tsl';
+import { builtinAOContext, float, mrt, normalView, pass, passTexture, renderGroup, screenUV, select, uniform, vec3, vec4 } from 'three/tsl';
 import { AonetError, check } from './errors.js';
 import { HalfSession } from './half.js';
 import { Program } from './program.js';
 import { Session } from './session.js';
 
 const VIEWS = ['lit', 'ao', 'none'];
+
+/** A number that may change between frames. The group is one that three.js also updates for objects that stay as they are. */
+const changing = (value, type) => uniform(value, type).setGroup(renderGroup);
 
 /** The GPUTexture of a texture of three.js, or nothing before it was drawn. three.js has no public way to it. */
 const gpuTexture = (renderer, texture) => renderer.backend.get(texture).texture;
@@ -34,7 +37,7 @@ export class AonetNode extends Node {
     this.normalNode = normalNode;
     this.camera = camera;
     this.radius = radius;
-    this.intensity = uniform(intensity);
+    this.intensity = changing(intensity);
     this.halfResolution = halfResolution;
     this.updateBeforeType = NodeUpdateType.FRAME;
     this.isReady = false;
@@ -170,7 +173,7 @@ export function aonetPass(scene, camera, options = {}) {
   const ao = aonet(prepass.getTextureNode('depth'), prepass.getTextureNode(), camera, options);
   const visibility = ao.getVisibilityNode();
   const lit = pass(scene, camera);
-  const shown = uniform(0, 'int');
+  const shown = changing(0, 'int');
   lit.contextNode = builtinAOContext(select(shown.equal(VIEWS.indexOf('none')), float(1), visibility));
   const node = select(shown.equal(VIEWS.indexOf('ao')), vec4(vec3(visibility), 1), lit);
   Object.defineProperties(node, {

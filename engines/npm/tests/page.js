@@ -141,12 +141,14 @@ async function views() {
   const found = { start: await mean() };
   if (node.ao.isReady) throw new Error('compiled before the first frame');
   await settle(pipeline, node.ao);
-  for (const view of ['lit', 'none', 'ao']) {
+  const show = async (view, intensity) => {
     node.view = view;
-    found[view] = await mean();
-  }
-  node.ao.intensity.value = 3;
-  found.strong = await mean();
+    node.ao.intensity.value = intensity;
+    return mean();
+  };
+  for (const view of ['lit', 'none', 'ao']) found[view] = await show(view, 1);
+  found.litStrong = await show('lit', 3);
+  found.strong = await show('ao', 3);
   node.ao.intensity.value = 0;
   found.off = await mean();
   node.ao.intensity.value = 1;

@@ -4,8 +4,8 @@ import { before, test } from 'node:test';
 import { visit } from './support/chromium.mjs';
 import { cpu, difference } from './support/cpu.mjs';
 
-// Measured: 1.1e-4 on average, of which rounding to half floats is about as much; single pixels differ where a search is at a threshold.
-const [MEAN, MAX] = [4e-4, 3e-2];
+// Measured: 1.1e-4 on average, of which rounding to half floats is about as much; one or two pixels differ more, where a search is at a threshold.
+const [MEAN, MOST, OTHERS] = [4e-4, 2e-3, 8];
 const NAMES = { fast: 'fast', balanced: 'balanced', 'reversed depth': 'fast', 'orthographic, multisampled': 'fast', 'after a resize': 'fast' };
 
 const frames = new Map();
@@ -30,8 +30,9 @@ for (const [name, model] of Object.entries(NAMES)) {
     const { values } = await cpu({ width, height, depth: distances, normals: unit }, { model, radius, fovY, orthoHeight });
     assert.ok(Math.min(...values) < 0.5, 'something to see');
     const error = difference(Float32Array.from(ao), values);
-    t.diagnostic(`${formats.join(', ')}, ${precision}: mean ${error.mean.toExponential(1)}, max ${error.max.toExponential(1)}`);
-    assert.ok(error.mean <= MEAN && error.max <= MAX, `mean ${error.mean}, max ${error.max}`);
+    const others = values.filter((value, i) => Math.abs(value - ao[i]) > MOST).length;
+    t.diagnostic(`${formats.join(', ')}, ${precision}: mean ${error.mean.toExponential(1)}, max ${error.max.toExponential(1)}, ${others} above ${MOST}`);
+    assert.ok(error.mean <= MEAN && others <= OTHERS, `mean ${error.mean}, ${others} pixels above ${MOST}`);
     // A test that a wrong image fails: the same one, mirrored.
     const mirrored = Float32Array.from(ao, (_, i) => ao[i - (i % width) + width - 1 - (i % width)]);
     assert.ok(difference(mirrored, values).mean > 10 * MEAN);
@@ -39,11 +40,11 @@ for (const [name, model] of Object.entries(NAMES)) {
 }
 
 test('views, intensity, radius and half resolution', (t) => {
-  const { start, lit, none, ao, strong, off, full, half, small, complaints } = report.views;
+  const { start, lit, litStrong, none, ao, strong, off, full, half, small, complaints } = report.views;
   t.diagnostic(JSON.stringify(report.views));
   assert.deepEqual(complaints, []);
   assert.equal(start, none, 'everything is open until the network is compiled');
-  assert.ok(lit < none - 2, 'ambient occlusion darkens');
+  assert.ok(lit < none - 2 && litStrong < lit - 2, 'ambient occlusion darkens');
   assert.ok(ao > lit, 'the picture of visibility is mostly white');
   assert.ok(strong < ao - 2 && off > 254, 'intensity is a power');
   assert.ok(Math.abs(half - full) < 0.02 && half !== full, 'half resolution is near the full one');
