@@ -15,6 +15,8 @@ const SHADER = `
     return textureLoad(stored, vec2<u32>(place.xy), 0);
 }`;
 const post = (name, value) => fetch(`/report/${name}`, { method: 'POST', body: JSON.stringify(value) });
+/** Passes of three.js are drawn once in a frame of the browser. */
+const nextFrame = () => new Promise(requestAnimationFrame);
 const wait = () => new Promise((resolve) => setTimeout(resolve, 50));
 
 async function makeRenderer(options = {}, [width, height] = [WIDTH, HEIGHT]) {
@@ -135,6 +137,7 @@ async function views() {
   const node = aonetPass(scene, camera, { model: 'fast', radius: RADIUS });
   const pipeline = new THREE.RenderPipeline(renderer, node);
   const mean = async () => {
+    await nextFrame();
     pipeline.render();
     return canvasMean(renderer);
   };
@@ -158,9 +161,11 @@ async function views() {
   node.ao.halfResolution = true;
   const before = node.ao._session;
   while (node.ao._session === before && !node.ao.error) { pipeline.render(); await wait(); }
+  await nextFrame();
   pipeline.render();
   found.half = await sum();
   node.ao.radius = 0.1;
+  await nextFrame();
   pipeline.render();
   found.small = await sum();
   found.complaints = renderer.complaints;
