@@ -2,7 +2,7 @@
 import { writeFileSync } from 'node:fs';
 import { visit } from '../tests/support/chromium.mjs';
 
-const size = process.argv[2] ?? '400x225';
+const size = process.argv[2] ?? '352x198';
 const { png, error } = await visit(`example/picture.html?still&size=${size}`);
 if (error) throw new Error(error);
 const path = new URL('side_by_side.png', import.meta.url);

@@ -56,6 +56,6 @@ await Program.load(new URL('file:///nothing/program.json')).catch((error) => con
     assert.deepEqual([fast, balanced], ['f16,f32', 'f16,f32']);
     assert.match(missing, /^true aonet: file:\/\/\/nothing\/program.json: expected a file of a program, found ENOENT/);
     // three.js's own modules need a browser's globals; resolving is what is tested.
-    assert.match(run(project, 'node', '-p', "import.meta.resolve('aonet/three')"), /aonet\/src\/three.js/);
+    assert.match(run(project, 'node', '--input-type=module', '-e', "console.log(import.meta.resolve('aonet/three'))"), /aonet\/src\/three.js/);
   });
 });
