@@ -1,7 +1,7 @@
-// A GPUDevice in Node: Dawn (the npm package webgpu) on a software driver, Chromium's SwiftShader.
+// A GPUDevice in Node: Dawn (the npm package webgpu) on a software driver, SwiftShader as browsers contain it.
 import { existsSync } from 'node:fs';
 
-const DRIVERS = ['/usr/lib/chromium/vk_swiftshader_icd.json', '/usr/lib/chromium-browser/vk_swiftshader_icd.json'];
+const DRIVERS = ['/usr/lib/chromium', '/usr/lib/chromium-browser', '/opt/google/chrome'].map((folder) => `${folder}/vk_swiftshader_icd.json`);
 
 /** A device with the features that the adapter has of these. */
 export async function device(features = [], limits = {}) {
