@@ -102,6 +102,8 @@ test('files that do not belong together are refused', async () => {
   await assert.rejects(Program.from(document, blob.slice(4)), /block: expected \d+ bytes/);
   await assert.rejects(Program.from(document, new Uint8Array(blob)), /an ArrayBuffer, found Uint8Array/);
   await assert.rejects(Program.from({ ...document, format: 3 }, blob), /format: expected 2, found 3/);
+  await assert.rejects(Program.from({ format: 2 }, blob), /program: expected what .* writes, found other JSON/);
+  await assert.rejects(Program.from(null, blob), /format: expected 2, found undefined/);
   await assert.rejects(Program.load('http://127.0.0.1:9/program.json'), /127.0.0.1:9/);
   await assert.rejects(Program.load('no name'), /fast, balanced or the address/);
 });

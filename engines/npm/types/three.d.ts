@@ -20,7 +20,7 @@ export interface AonetOptions {
 
 /**
  * Visibility of every pixel as a texture node: 1 is open, 0 is closed. It reads the depth and the normals of a pass without multisampling, and runs once
- * a frame, before the pass that uses it. Until the network is compiled, which the first frames start, everything is as open as the last image says.
+ * a frame, before the pass that uses it. Until the network is compiled, which the first frames start, everything is open.
  */
 export class AonetNode extends Node {
   constructor(depthNode: TextureNode, normalNode: TextureNode, camera: Camera, options?: AonetOptions);
