@@ -214,7 +214,7 @@ mod tests {
     fn json_files(dir: &Path) -> Vec<PathBuf> {
         let entries = std::fs::read_dir(dir).unwrap().map(|entry| entry.unwrap().path());
         let files = |path: PathBuf| if path.is_dir() { json_files(&path) } else { vec![path] };
-        entries.flat_map(files).collect()
+        entries.flat_map(files).filter(|file| file.extension().is_some_and(|e| e == "json")).collect()
     }
 
     #[test]
