@@ -1,0 +1,267 @@
+//! What a camera with ambient occlusion has in the render world, and the systems that fill it.
+
+use crate::engine::{Engine, Engines, Key};
+use crate::frame::numbers;
+use crate::passes::{DEPTH, NORMALS, Passes, Strengthen, encode_open};
+use crate::settings::AonetAmbientOcclusion;
+use aonet::gpu::{FrameViews, wgpu};
+use bevy::camera::MainPassResolutionOverride;
+use bevy::core_pipeline::prepass::ViewPrepassTextures;
+use bevy::ecs::query::QueryData;
+use bevy::pbr::{ScreenSpaceAmbientOcclusionResources, SsaoPipelineId};
+use bevy::platform::collections::HashSet;
+use bevy::prelude::*;
+use bevy::render::camera::{ExtractedCamera, TemporalJitter};
+use bevy::render::diagnostic::RecordDiagnostics;
+use bevy::render::render_resource::{
+    TextureDescriptor, TextureDimension, TextureFormat, TextureUsages, TextureViewDescriptor,
+};
+use bevy::render::renderer::{RenderContext, RenderDevice, RenderQueue, ViewQuery};
+use bevy::render::texture::CachedTexture;
+use bevy::render::view::ExtractedView;
+use std::sync::Arc;
+
+/// Visibility of a camera, in the render world: 1 is open, 0 is closed; of the viewport's size, the intensity applied. It is
+/// complete when `Core3dSystems::MainPass` begins, for effects of your own. Usages: `TEXTURE_BINDING` and `COPY_SRC`.
+#[derive(Component, Clone)]
+pub struct AonetVisibility(pub CachedTexture);
+
+/// Session and textures of a camera.
+#[derive(Component)]
+pub struct ViewState {
+    key: Key,
+    engine: Arc<Engine>,
+    viewport: Option<Viewport>,
+    stronger: Option<Stronger>,
+}
+
+/// Normals and depth of a viewport that is smaller than its target.
+struct Viewport {
+    normal: CachedTexture,
+    depth: CachedTexture,
+}
+
+/// Visibility before it is raised to a power.
+struct Stronger {
+    found: CachedTexture,
+    pass: Strengthen,
+}
+
+/// The part of the target that a camera draws (px).
+struct Part {
+    corner: UVec2,
+    size: UVec2,
+    is_all: bool,
+}
+
+impl Part {
+    /// # Errors
+    /// When the camera has no target yet.
+    fn of(
+        camera: &ExtractedCamera,
+        prepass: &ViewPrepassTextures,
+        less: Option<&MainPassResolutionOverride>,
+    ) -> Option<Self> {
+        let size = less.map(|less| less.0).or(camera.physical_viewport_size)?;
+        let corner = camera.viewport.as_ref().map_or(UVec2::ZERO, |viewport| viewport.physical_position);
+        let target = UVec2::new(prepass.size.width, prepass.size.height);
+        // A viewport of a target that was resized a moment ago may reach beyond it.
+        (size.min_element() > 0 && (corner + size).cmple(target).all()).then(|| Self {
+            corner,
+            size,
+            is_all: size == target,
+        })
+    }
+}
+
+fn texture(
+    device: &RenderDevice,
+    label: &'static str,
+    (size, format): (UVec2, TextureFormat),
+    usage: TextureUsages,
+) -> CachedTexture {
+    let texture = device.create_texture(&TextureDescriptor {
+        label: Some(label),
+        size: wgpu::Extent3d { width: size.x, height: size.y, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: TextureDimension::D2,
+        format,
+        usage: usage | TextureUsages::TEXTURE_BINDING | TextureUsages::RENDER_ATTACHMENT,
+        view_formats: &[],
+    });
+    let default_view = texture.create_view(&TextureViewDescriptor::default());
+    CachedTexture { texture, default_view }
+}
+
+impl ViewState {
+    fn fits(&self, key: Key, part: &Part, intensity: f32) -> bool {
+        self.key == key
+            && self.viewport.is_none() == part.is_all
+            && self.stronger.is_none() == (intensity == 1.0)
+    }
+
+    fn new(
+        device: &RenderDevice,
+        passes: &Passes,
+        (key, engine): (Key, Arc<Engine>),
+        part: &Part,
+        intensity: f32,
+    ) -> (Self, AonetVisibility) {
+        let Key { size, format, .. } = key;
+        // Bevy binds it for writing to its own pass, which does not run.
+        let usage = TextureUsages::STORAGE_BINDING | TextureUsages::COPY_SRC;
+        let none = TextureUsages::empty();
+        let visibility = texture(device, "aonet visibility", (size, format), usage);
+        let viewport = (!part.is_all).then(|| Viewport {
+            normal: texture(device, "aonet viewport normals", (size, NORMALS), none),
+            depth: texture(device, "aonet viewport depth", (size, DEPTH), none),
+        });
+        let stronger = (intensity != 1.0).then(|| Stronger {
+            found: texture(device, "aonet found", (size, format), none),
+            pass: passes.strengthen(format),
+        });
+        (Self { key, engine, viewport, stronger }, AonetVisibility(visibility))
+    }
+}
+
+/// Frees what cameras hold that do not render, and sessions that nothing holds.
+pub fn forget(
+    mut commands: Commands,
+    idle: Query<Entity, (With<ViewState>, Without<ExtractedCamera>)>,
+    mut engines: ResMut<Engines>,
+) {
+    for entity in &idle {
+        commands.entity(entity).remove::<(ViewState, AonetVisibility)>();
+    }
+    engines.forget_unused();
+}
+
+#[derive(QueryData)]
+#[query_data(mutable)]
+pub struct Prepared {
+    entity: Entity,
+    settings: &'static AonetAmbientOcclusion,
+    camera: &'static ExtractedCamera,
+    prepass: &'static ViewPrepassTextures,
+    less: Option<&'static MainPassResolutionOverride>,
+    stock: &'static mut ScreenSpaceAmbientOcclusionResources,
+    state: Option<(&'static ViewState, &'static AonetVisibility)>,
+}
+
+/// Makes sessions and textures, and gives the texture to Bevy's materials.
+pub fn prepare(
+    mut commands: Commands,
+    device: Res<RenderDevice>,
+    queue: Res<RenderQueue>,
+    passes: Res<Passes>,
+    mut engines: ResMut<Engines>,
+    mut views: Query<Prepared>,
+) {
+    for view in &mut views {
+        let mut stock = view.stock;
+        let format = stock.screen_space_ambient_occlusion_texture.texture.format();
+        let made = Part::of(view.camera, view.prepass, view.less).and_then(|part| {
+            let key = Key { method: view.settings.method, size: part.size, format };
+            if let Some((state, visibility)) = view.state
+                && state.fits(key, &part, view.settings.intensity)
+            {
+                return Some((None, visibility.clone()));
+            }
+            let engine = engines.get((device.wgpu_device(), &queue), key)?;
+            let (state, visibility) =
+                ViewState::new(&device, &passes, (key, engine), &part, view.settings.intensity);
+            Some((Some(state), visibility))
+        });
+        let mut entity = commands.entity(view.entity);
+        match made {
+            None => {
+                entity.remove::<(ViewState, AonetVisibility)>();
+            }
+            Some((state, visibility)) => {
+                stock.screen_space_ambient_occlusion_texture = visibility.0.clone();
+                if let Some(state) = state {
+                    entity.insert((state, visibility));
+                }
+            }
+        }
+    }
+}
+
+/// Keeps Bevy's own search from running on cameras that have ours.
+pub fn silence(mut commands: Commands, views: Query<Entity, (With<ViewState>, With<SsaoPipelineId>)>) {
+    for entity in &views {
+        commands.entity(entity).remove::<SsaoPipelineId>();
+    }
+}
+
+#[derive(QueryData)]
+pub struct Occluded {
+    state: &'static ViewState,
+    visibility: &'static AonetVisibility,
+    settings: &'static AonetAmbientOcclusion,
+    view: &'static ExtractedView,
+    camera: &'static ExtractedCamera,
+    prepass: &'static ViewPrepassTextures,
+    less: Option<&'static MainPassResolutionOverride>,
+    jitter: Option<&'static TemporalJitter>,
+}
+
+/// Errors that are reported: each once.
+const REPORTED: usize = 16;
+
+/// Encodes the passes of a camera.
+pub fn occlude(
+    view: ViewQuery<Occluded>,
+    passes: Res<Passes>,
+    mut ctx: RenderContext,
+    mut reported: Local<HashSet<String>>,
+) {
+    let view = view.into_inner();
+    let recorder = ctx.diagnostic_recorder();
+    let recorder = recorder.as_deref();
+    let span = recorder.time_span(ctx.command_encoder(), "aonet");
+    let encoded = view.encode(&passes, ctx.command_encoder());
+    span.end(ctx.command_encoder());
+    if let Err(error) = encoded {
+        let text = error.to_string();
+        if reported.len() < REPORTED && !reported.contains(&text) {
+            error!("aonet: {text}; the camera has no ambient occlusion");
+            reported.insert(text);
+        }
+        encode_open(ctx.command_encoder(), &view.visibility.0.default_view);
+    }
+}
+
+impl OccludedItem<'_, '_> {
+    fn encode(&self, passes: &Passes, encoder: &mut wgpu::CommandEncoder) -> aonet::Result<()> {
+        let missing = |what: &str| aonet::Error::value(what, "one that the prepass wrote", "none");
+        let normal = self.prepass.normal_view().ok_or_else(|| missing("normal texture"))?;
+        let depth = self.prepass.depth_only_view().ok_or_else(|| missing("depth texture"))?;
+        let part = Part::of(self.camera, self.prepass, self.less).ok_or_else(|| missing("viewport"))?;
+        let (ViewState { engine, viewport, stronger, .. }, intensity) = (self.state, self.settings.intensity);
+        if !(intensity >= 0.0 && intensity.is_finite()) {
+            return Err(aonet::Error::value("intensity", "a finite number >= 0", intensity));
+        }
+        let mut clip_from_view = self.view.clip_from_view;
+        if let Some(jitter) = self.jitter {
+            jitter.jitter_projection(&mut clip_from_view, part.size.as_vec2());
+        }
+        let world_from_view = self.view.world_from_view.affine();
+        let frame = numbers(clip_from_view, world_from_view, part.size, self.settings.radius)?;
+
+        let (mut normal, mut depth): (&wgpu::TextureView, &wgpu::TextureView) = (normal, depth);
+        if let Some(viewport) = viewport {
+            let own = [&*viewport.normal.default_view, &*viewport.depth.default_view];
+            passes.encode_crop(encoder, part.corner, [normal, depth], own);
+            [normal, depth] = own;
+        }
+        let shown = &self.visibility.0.default_view;
+        let visibility = stronger.as_ref().map_or(shown, |stronger| &stronger.found.default_view);
+        engine.encode(encoder, FrameViews { normal, depth, second: None, visibility }, &frame)?;
+        if let Some(Stronger { found, pass }) = stronger {
+            passes.encode_strengthen(encoder, pass, intensity, &found.default_view, shown);
+        }
+        Ok(())
+    }
+}

@@ -1,0 +1,103 @@
+//! Visibility in Bevy against the CPU's, on a frame whose depth and normals rays know exactly.
+
+mod common;
+
+use bevy::camera::{ScalingMode, SubCameraView, Viewport};
+use bevy::core_pipeline::prepass::DeferredPrepass;
+use bevy::prelude::*;
+use bevy::render::camera::TemporalJitter;
+use bevy_aonet::{AonetAmbientOcclusion, AonetMethod};
+use common::*;
+
+const SIZE: UVec2 = UVec2::new(160, 90);
+
+fn ao(method: AonetMethod) -> AonetAmbientOcclusion {
+    AonetAmbientOcclusion { method, radius: 1.0, ..default() }
+}
+
+#[test]
+fn every_method_finds_what_it_finds_on_the_cpu() {
+    let mut bevy = Running::new();
+    let target = bevy.target(SIZE);
+    let camera = bevy.camera(&target, (ao(AonetMethod::Gtao), pose(), projection()));
+    for method in AonetMethod::ALL {
+        bevy.app.world_mut().entity_mut(camera).insert(ao(method));
+        let seen = bevy.frames(5);
+        let (size, found) = &seen.visibility[&camera];
+        assert_eq!(*size, SIZE);
+        assert!(seen.stock.is_empty(), "Bevy's own search runs");
+        assert_agrees(&format!("{method:?}"), found, &expected(method, lens(SIZE), 1.0));
+    }
+}
+
+#[test]
+fn every_kind_of_camera_agrees() {
+    let mut bevy = Running::new();
+    let target = bevy.target(SIZE);
+    let method = AonetMethod::Agtao;
+    let expected = |lens| expected(method, lens, 1.0);
+    let lens = lens(SIZE);
+
+    let parallel = Projection::Orthographic(OrthographicProjection {
+        scaling_mode: ScalingMode::FixedVertical { viewport_height: 5.0 },
+        near: 0.0,
+        far: 30.0,
+        ..OrthographicProjection::default_3d()
+    });
+    let camera = bevy.camera(&target, (ao(method), pose(), parallel));
+    let of_parallel =
+        aonet::Camera::orthographic(5.0, lens.size()).unwrap().looking_at(EYE, TARGET, [0.0, 1.0, 0.0]);
+    assert_agrees("orthographic", &bevy.frames(5).visibility[&camera].1, &expected(of_parallel.unwrap()));
+    bevy.app.world_mut().despawn(camera);
+
+    // The right lower part of a picture of twice the size: the axis is at its corner.
+    let part = SubCameraView { full_size: 2 * SIZE, offset: Vec2::new(100.0, 60.0), size: SIZE };
+    let whole = Camera { sub_camera_view: Some(part), ..default() };
+    let camera = bevy.camera(&target, (ao(method), pose(), projection(), whole));
+    let of_part = common::lens(2 * SIZE).tile(100, 60, lens.size()).unwrap();
+    assert_agrees("off-centre", &bevy.frames(5).visibility[&camera].1, &expected(of_part));
+    bevy.app.world_mut().despawn(camera);
+
+    let jitter = TemporalJitter { offset: Vec2::new(0.45, -0.4) };
+    let camera = bevy.camera(&target, (ao(method), pose(), projection(), jitter));
+    let [x, y] = lens.centre_px();
+    let jittered = |sign: f32| lens.with_centre_px([x - sign * 0.45, y + sign * 0.4]).unwrap();
+    let found = bevy.frames(5).visibility[&camera].1.clone();
+    let [with, against] = [1.0, -1.0].map(|sign| difference(&found, &expected(jittered(sign))).0);
+    let (right, wrong) = (with.min(against), with.max(against));
+    println!("jitter: mean difference {right:.5}, with the other sign {wrong:.5}");
+    assert!(right < 2e-3 && wrong > 2.0 * right, "{right} and {wrong}");
+    bevy.app.world_mut().despawn(camera);
+
+    let camera = bevy.camera(&target, (ao(method), pose(), projection(), bevy::camera::Hdr));
+    assert_agrees("HDR", &bevy.frames(5).visibility[&camera].1, &expected(lens));
+    bevy.app.world_mut().despawn(camera);
+
+    bevy.app.insert_resource(bevy::pbr::DefaultOpaqueRendererMethod::deferred());
+    let camera = bevy.camera(&target, (ao(method), pose(), projection(), DeferredPrepass));
+    assert_agrees("deferred", &bevy.frames(5).visibility[&camera].1, &expected(lens));
+}
+
+#[test]
+fn cameras_share_a_target() {
+    let mut bevy = Running::new();
+    let target = bevy.target(UVec2::new(160, 120));
+    let method = AonetMethod::Fast;
+    let half = UVec2::new(80, 120);
+    let viewport = |x| Camera {
+        viewport: Some(Viewport { physical_position: UVec2::new(x, 0), physical_size: half, ..default() }),
+        order: x as isize,
+        clear_color: if x == 0 { ClearColorConfig::Default } else { ClearColorConfig::None },
+        ..default()
+    };
+    let left = bevy.camera(&target, (ao(method), pose(), projection(), viewport(0)));
+    let turned = Transform::from_xyz(-1.5, 2.0, 3.0).looking_at(TARGET.into(), Vec3::Y);
+    let right = bevy.camera(&target, (ao(method), turned, projection(), viewport(80)));
+    let seen = bevy.frames(5);
+    let lens_of_right = lens(half).looking_at([-1.5, 2.0, 3.0], TARGET, [0.0, 1.0, 0.0]).unwrap();
+    for (what, camera, lens) in [("left", left, lens(half)), ("right", right, lens_of_right)] {
+        let (size, found) = &seen.visibility[&camera];
+        assert_eq!(*size, half);
+        assert_agrees(what, found, &expected(method, lens, 1.0));
+    }
+}
