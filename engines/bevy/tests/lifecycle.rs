@@ -26,7 +26,7 @@ fn materials_see_the_visibility() {
     for (i, visibility) in visibility.iter().enumerate() {
         match *visibility {
             v if v < 0.8 => assert!(with[i] < without[i], "pixel {i}: {v}, {} and {}", with[i], without[i]),
-            v if v > 0.999 => assert_eq!(with[i], without[i], "pixel {i}"),
+            v if v > 0.999 => assert!(with[i].abs_diff(without[i]) <= 1, "pixel {i}"),
             _ => {}
         }
     }
