@@ -20,17 +20,20 @@ mod engine;
 mod frame;
 mod passes;
 mod settings;
+mod surround;
 mod view;
 
 pub use settings::{AonetAmbientOcclusion, AonetMethod};
+pub use surround::AonetSurround;
 pub use view::AonetVisibility;
 
+use bevy::camera::CameraUpdateSystems;
 use bevy::core_pipeline::schedule::{Core3d, Core3dSystems};
 use bevy::pbr::prepare_mesh_view_bind_groups;
 use bevy::prelude::*;
 use bevy::render::extract_component::ExtractComponentPlugin;
 use bevy::render::renderer::RenderDevice;
-use bevy::render::{Render, RenderApp, RenderSystems};
+use bevy::render::{ExtractSchedule, Render, RenderApp, RenderSystems};
 
 /// Adds ambient occlusion to every camera with an [`AonetAmbientOcclusion`]. Add it after `DefaultPlugins`.
 ///
@@ -45,7 +48,16 @@ impl Plugin for AonetPlugin {
     fn build(&self, app: &mut App) {
         app.register_type::<AonetAmbientOcclusion>()
             .add_plugins(ExtractComponentPlugin::<AonetAmbientOcclusion>::default())
-            .add_systems(PostUpdate, settings::refuse_multisampling);
+            .register_type::<AonetSurround>()
+            .add_systems(
+                PostUpdate,
+                (
+                    settings::refuse_multisampling,
+                    (surround::forget, surround::surround)
+                        .before(CameraUpdateSystems)
+                        .before(TransformSystems::Propagate),
+                ),
+            );
     }
 
     fn finish(&self, app: &mut App) {
@@ -62,6 +74,7 @@ impl Plugin for AonetPlugin {
         render
             .init_resource::<engine::Engines>()
             .init_resource::<passes::Passes>()
+            .add_systems(ExtractSchedule, surround::extract)
             .add_systems(
                 Render,
                 (

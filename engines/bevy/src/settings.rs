@@ -1,6 +1,6 @@
 //! What users set on a camera.
 
-use crate::view::{AonetVisibility, ViewState};
+use crate::view::{AonetVisibility, Serves, ViewState};
 use bevy::ecs::lifecycle::HookContext;
 use bevy::ecs::world::DeferredWorld;
 use bevy::pbr::ScreenSpaceAmbientOcclusion;
@@ -17,7 +17,7 @@ use bevy::render::extract_component::ExtractComponent;
 #[require(ScreenSpaceAmbientOcclusion)]
 #[component(on_remove = remove_stock)]
 #[extract_app(RenderApp)]
-#[extract_component_sync_target((Self, ViewState, AonetVisibility))]
+#[extract_component_sync_target((Self, ViewState, AonetVisibility, Serves))]
 pub struct AonetAmbientOcclusion {
     /// What computes it.
     pub method: AonetMethod,
@@ -25,6 +25,10 @@ pub struct AonetAmbientOcclusion {
     pub radius: f32,
     /// Power of visibility: 0 is no occlusion, 1 is what rays would find, more is darker. At least 0 and finite.
     pub intensity: f32,
+    /// Share of the picture's width and height that is seen beyond each of its edges, from 0 to 1, so that what lies outside of the
+    /// picture occludes, too; 0.15 is a good one. Above 0, a second camera ([`AonetSurround`](crate::AonetSurround)) draws depth
+    /// and normals of the larger picture.
+    pub margin: f32,
 }
 
 /// What computes ambient occlusion, in the order of its time.
@@ -50,9 +54,9 @@ impl AonetMethod {
 }
 
 impl Default for AonetAmbientOcclusion {
-    /// The middle network, 1 world unit, as dark as it is.
+    /// The middle network, 1 world unit, as dark as it is, no margin.
     fn default() -> Self {
-        Self { method: AonetMethod::default(), radius: 1.0, intensity: 1.0 }
+        Self { method: AonetMethod::default(), radius: 1.0, intensity: 1.0, margin: 0.0 }
     }
 }
 

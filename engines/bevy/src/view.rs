@@ -4,6 +4,7 @@ use crate::engine::{Engine, Engines, Key};
 use crate::frame::numbers;
 use crate::passes::{DEPTH, NORMALS, Passes, Strengthen, encode_open};
 use crate::settings::AonetAmbientOcclusion;
+use crate::surround::{self, Surrounds};
 use aonet::gpu::{FrameViews, wgpu};
 use bevy::camera::MainPassResolutionOverride;
 use bevy::core_pipeline::prepass::ViewPrepassTextures;
@@ -26,14 +27,20 @@ use std::sync::Arc;
 #[derive(Component, Clone)]
 pub struct AonetVisibility(pub CachedTexture);
 
-/// Session and textures of a camera.
+/// Session and textures of a camera that shows a picture.
 #[derive(Component)]
 pub struct ViewState {
     key: Key,
+    /// Size of the picture (px).
+    picture: UVec2,
     engine: Arc<Engine>,
     viewport: Option<Viewport>,
     stronger: Option<Stronger>,
 }
+
+/// On the view whose prepass a session reads: the view that shows the picture, itself or another.
+#[derive(Component)]
+pub struct Serves(Entity);
 
 /// Normals and depth of a viewport that is smaller than its target.
 struct Viewport {
@@ -95,9 +102,11 @@ fn texture(
 }
 
 impl ViewState {
-    fn fits(&self, key: Key, part: &Part, intensity: f32) -> bool {
+    fn fits(&self, key: Key, picture: &Part, intensity: f32) -> bool {
+        let viewport = key.size == picture.size && !picture.is_all;
         self.key == key
-            && self.viewport.is_none() == part.is_all
+            && self.picture == picture.size
+            && self.viewport.is_some() == viewport
             && self.stronger.is_none() == (intensity == 1.0)
     }
 
@@ -105,15 +114,15 @@ impl ViewState {
         device: &RenderDevice,
         passes: &Passes,
         (key, engine): (Key, Arc<Engine>),
-        part: &Part,
+        picture: &Part,
         intensity: f32,
     ) -> (Self, AonetVisibility) {
-        let Key { size, format, .. } = key;
+        let (size, format) = (picture.size, key.format);
         // Bevy binds it for writing to its own pass, which does not run.
         let usage = TextureUsages::STORAGE_BINDING | TextureUsages::COPY_SRC;
         let none = TextureUsages::empty();
         let visibility = texture(device, "aonet visibility", (size, format), usage);
-        let viewport = (!part.is_all).then(|| Viewport {
+        let viewport = (key.size == size && !picture.is_all).then(|| Viewport {
             normal: texture(device, "aonet viewport normals", (size, NORMALS), none),
             depth: texture(device, "aonet viewport depth", (size, DEPTH), none),
         });
@@ -121,7 +130,7 @@ impl ViewState {
             found: texture(device, "aonet found", (size, format), none),
             pass: passes.strengthen(format),
         });
-        (Self { key, engine, viewport, stronger }, AonetVisibility(visibility))
+        (Self { key, engine, picture: size, viewport, stronger }, AonetVisibility(visibility))
     }
 }
 
@@ -132,7 +141,7 @@ pub fn forget(
     mut engines: ResMut<Engines>,
 ) {
     for entity in &idle {
-        commands.entity(entity).remove::<(ViewState, AonetVisibility)>();
+        commands.entity(entity).remove::<(ViewState, AonetVisibility, Serves)>();
     }
     engines.forget_unused();
 }
@@ -157,35 +166,52 @@ pub fn prepare(
     passes: Res<Passes>,
     mut engines: ResMut<Engines>,
     mut views: Query<Prepared>,
+    surrounds: Query<(Entity, &Surrounds, &ViewPrepassTextures)>,
 ) {
     for view in &mut views {
-        let mut stock = view.stock;
+        let (mut stock, intensity) = (view.stock, view.settings.intensity);
         let format = stock.screen_space_ambient_occlusion_texture.texture.format();
-        let made = Part::of(view.camera, view.prepass, view.less).and_then(|part| {
-            let key = Key { method: view.settings.method, size: part.size, format };
+        let made = Part::of(view.camera, view.prepass, view.less).and_then(|picture| {
+            let mut wide = None;
+            for (entity, _, prepass) in surrounds.iter().filter(|(_, of, _)| of.0 == view.entity) {
+                let size = UVec2::new(prepass.size.width, prepass.size.height);
+                match contains(size, picture.size) {
+                    true => wide = Some((entity, size)),
+                    false => _ = commands.entity(entity).remove::<Serves>(),
+                }
+            }
+            let (source, size) = wide.unwrap_or((view.entity, picture.size));
+            let key = Key { method: view.settings.method, size, format };
             if let Some((state, visibility)) = view.state
-                && state.fits(key, &part, view.settings.intensity)
+                && state.fits(key, &picture, intensity)
             {
-                return Some((None, visibility.clone()));
+                return Some((source, None, visibility.clone()));
             }
             let engine = engines.get((device.wgpu_device(), &queue), key)?;
-            let (state, visibility) =
-                ViewState::new(&device, &passes, (key, engine), &part, view.settings.intensity);
-            Some((Some(state), visibility))
+            let (state, visibility) = ViewState::new(&device, &passes, (key, engine), &picture, intensity);
+            Some((source, Some(state), visibility))
         });
-        let mut entity = commands.entity(view.entity);
         match made {
             None => {
-                entity.remove::<(ViewState, AonetVisibility)>();
+                commands.entity(view.entity).remove::<(ViewState, AonetVisibility, Serves)>();
             }
-            Some((state, visibility)) => {
+            Some((source, state, visibility)) => {
+                if source != view.entity {
+                    commands.entity(view.entity).remove::<Serves>();
+                }
                 stock.screen_space_ambient_occlusion_texture = visibility.0.clone();
                 if let Some(state) = state {
-                    entity.insert((state, visibility));
+                    commands.entity(view.entity).insert((state, visibility));
                 }
+                commands.entity(source).insert(Serves(view.entity));
             }
         }
     }
+}
+
+/// Whether a picture fits into the middle of a buffer (px): not so for a moment after the picture was resized.
+fn contains(buffer: UVec2, picture: UVec2) -> bool {
+    buffer.cmpge(picture).all() && (buffer - picture) % 2 == UVec2::ZERO
 }
 
 /// Keeps Bevy's own search from running on cameras that have ours.
@@ -195,11 +221,10 @@ pub fn silence(mut commands: Commands, views: Query<Entity, (With<ViewState>, Wi
     }
 }
 
+/// A view whose prepass a session reads.
 #[derive(QueryData)]
-pub struct Occluded {
-    state: &'static ViewState,
-    visibility: &'static AonetVisibility,
-    settings: &'static AonetAmbientOcclusion,
+pub struct Source {
+    serves: &'static Serves,
     view: &'static ExtractedView,
     camera: &'static ExtractedCamera,
     prepass: &'static ViewPrepassTextures,
@@ -207,21 +232,31 @@ pub struct Occluded {
     jitter: Option<&'static TemporalJitter>,
 }
 
+/// A view that shows a picture.
+#[derive(QueryData)]
+pub struct Shown {
+    state: &'static ViewState,
+    visibility: &'static AonetVisibility,
+    settings: &'static AonetAmbientOcclusion,
+}
+
 /// Errors that are reported: each once.
 const REPORTED: usize = 16;
 
-/// Encodes the passes of a camera.
+/// Encodes the passes of a camera after the prepass that they read.
 pub fn occlude(
-    view: ViewQuery<Occluded>,
+    source: ViewQuery<Source>,
+    shown: Query<Shown>,
     passes: Res<Passes>,
     mut ctx: RenderContext,
     mut reported: Local<HashSet<String>>,
 ) {
-    let view = view.into_inner();
+    let source = source.into_inner();
+    let Ok(shown) = shown.get(source.serves.0) else { return };
     let recorder = ctx.diagnostic_recorder();
     let recorder = recorder.as_deref();
     let span = recorder.time_span(ctx.command_encoder(), "aonet");
-    let encoded = view.encode(&passes, ctx.command_encoder());
+    let encoded = encode(&source, &shown, &passes, ctx.command_encoder());
     span.end(ctx.command_encoder());
     if let Err(error) = encoded {
         let text = error.to_string();
@@ -229,39 +264,46 @@ pub fn occlude(
             error!("aonet: {text}; the camera has no ambient occlusion");
             reported.insert(text);
         }
-        encode_open(ctx.command_encoder(), &view.visibility.0.default_view);
+        encode_open(ctx.command_encoder(), &shown.visibility.0.default_view);
     }
 }
 
-impl OccludedItem<'_, '_> {
-    fn encode(&self, passes: &Passes, encoder: &mut wgpu::CommandEncoder) -> aonet::Result<()> {
-        let missing = |what: &str| aonet::Error::value(what, "one that the prepass wrote", "none");
-        let normal = self.prepass.normal_view().ok_or_else(|| missing("normal texture"))?;
-        let depth = self.prepass.depth_only_view().ok_or_else(|| missing("depth texture"))?;
-        let part = Part::of(self.camera, self.prepass, self.less).ok_or_else(|| missing("viewport"))?;
-        let (ViewState { engine, viewport, stronger, .. }, intensity) = (self.state, self.settings.intensity);
-        if !(intensity >= 0.0 && intensity.is_finite()) {
-            return Err(aonet::Error::value("intensity", "a finite number >= 0", intensity));
-        }
-        let mut clip_from_view = self.view.clip_from_view;
-        if let Some(jitter) = self.jitter {
-            jitter.jitter_projection(&mut clip_from_view, part.size.as_vec2());
-        }
-        let world_from_view = self.view.world_from_view.affine();
-        let frame = numbers(clip_from_view, world_from_view, part.size, self.settings.radius)?;
-
-        let (mut normal, mut depth): (&wgpu::TextureView, &wgpu::TextureView) = (normal, depth);
-        if let Some(viewport) = viewport {
-            let own = [&*viewport.normal.default_view, &*viewport.depth.default_view];
-            passes.encode_crop(encoder, part.corner, [normal, depth], own);
-            [normal, depth] = own;
-        }
-        let shown = &self.visibility.0.default_view;
-        let visibility = stronger.as_ref().map_or(shown, |stronger| &stronger.found.default_view);
-        engine.encode(encoder, FrameViews { normal, depth, second: None, visibility }, &frame)?;
-        if let Some(Stronger { found, pass }) = stronger {
-            passes.encode_strengthen(encoder, pass, intensity, &found.default_view, shown);
-        }
-        Ok(())
+fn encode(
+    source: &SourceItem<'_, '_>,
+    shown: &ShownItem<'_, '_>,
+    passes: &Passes,
+    encoder: &mut wgpu::CommandEncoder,
+) -> aonet::Result<()> {
+    let missing = |what: &str| aonet::Error::value(what, "one that the prepass wrote", "none");
+    let normal = source.prepass.normal_view().ok_or_else(|| missing("normal texture"))?;
+    let depth = source.prepass.depth_only_view().ok_or_else(|| missing("depth texture"))?;
+    let part = Part::of(source.camera, source.prepass, source.less).ok_or_else(|| missing("viewport"))?;
+    let AonetAmbientOcclusion { radius, intensity, margin, .. } = *shown.settings;
+    if !(intensity >= 0.0 && intensity.is_finite()) {
+        return Err(aonet::Error::value("intensity", "a finite number >= 0", intensity));
     }
+    if !(0.0..=surround::MOST).contains(&margin) {
+        return Err(aonet::Error::value("margin", "a share of the picture from 0 to 1", margin));
+    }
+    let mut clip_from_view = source.view.clip_from_view;
+    if let Some(jitter) = source.jitter {
+        jitter.jitter_projection(&mut clip_from_view, part.size.as_vec2());
+    }
+    let world_from_view = source.view.world_from_view.affine();
+    let frame = numbers(clip_from_view, world_from_view, part.size, radius)?;
+
+    let ViewState { engine, viewport, stronger, .. } = shown.state;
+    let (mut normal, mut depth): (&wgpu::TextureView, &wgpu::TextureView) = (normal, depth);
+    if let Some(viewport) = viewport {
+        let own = [&*viewport.normal.default_view, &*viewport.depth.default_view];
+        passes.encode_crop(encoder, part.corner, [normal, depth], own);
+        [normal, depth] = own;
+    }
+    let picture = &shown.visibility.0.default_view;
+    let visibility = stronger.as_ref().map_or(picture, |stronger| &stronger.found.default_view);
+    engine.encode(encoder, FrameViews { normal, depth, second: None, visibility }, &frame)?;
+    if let Some(Stronger { found, pass }) = stronger {
+        passes.encode_strengthen(encoder, pass, intensity, &found.default_view, picture);
+    }
+    Ok(())
 }

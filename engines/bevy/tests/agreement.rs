@@ -6,7 +6,7 @@ use bevy::camera::{ScalingMode, SubCameraView, Viewport};
 use bevy::core_pipeline::prepass::DeferredPrepass;
 use bevy::prelude::*;
 use bevy::render::camera::TemporalJitter;
-use bevy_aonet::{AonetAmbientOcclusion, AonetMethod};
+use bevy_aonet::{AonetAmbientOcclusion, AonetMethod, AonetSurround};
 use common::*;
 
 const SIZE: UVec2 = UVec2::new(160, 90);
@@ -99,5 +99,71 @@ fn cameras_share_a_target() {
         let (size, found) = &seen.visibility[&camera];
         assert_eq!(*size, half);
         assert_agrees(what, found, &expected(method, lens, 1.0));
+    }
+}
+
+#[test]
+fn guard_bands_agree() {
+    let mut bevy = Running::new();
+    let target = bevy.target(SIZE);
+    // A wide radius, so that much of what occludes is outside of the picture.
+    let settings = AonetAmbientOcclusion { radius: 2.0, margin: 0.15, ..ao(AonetMethod::Agtao) };
+    let camera = bevy.camera(&target, (settings, pose(), projection()));
+    let margin = aonet::Margin::share(lens(SIZE).size(), 0.15);
+    let wide = boxes::frame(lens(SIZE).with_margin(margin).unwrap()).with_margin(margin).unwrap();
+    let narrow = expected(AonetMethod::Agtao, lens(SIZE), 2.0);
+    for method in [AonetMethod::Agtao, AonetMethod::High] {
+        bevy.app.world_mut().entity_mut(camera).insert(AonetAmbientOcclusion { method, ..settings });
+        let seen = bevy.frames(6);
+        let (size, found) = &seen.visibility[&camera];
+        assert_eq!(*size, SIZE);
+        assert!(seen.stock.is_empty());
+        assert_agrees(&format!("{method:?} with a margin"), found, &expected_in(method, &wide, 2.0));
+        if method == AonetMethod::Agtao {
+            let without = difference(found, &narrow).0;
+            assert!(without > 5e-3, "the margin changes nothing here: {without}");
+        }
+    }
+
+    // As large as the picture after a change of size; gone with the margin.
+    let larger = UVec2::new(200, 120);
+    let image = bevy.target(larger);
+    let of_larger = bevy::camera::RenderTarget::Image(image.into());
+    bevy.app.world_mut().entity_mut(camera).insert((of_larger, settings));
+    let margin = aonet::Margin::share(lens(larger).size(), 0.15);
+    let wide = boxes::frame(lens(larger).with_margin(margin).unwrap()).with_margin(margin).unwrap();
+    let found = bevy.frames(5).visibility[&camera].1.clone();
+    assert_agrees("resized with a margin", &found, &expected_in(AonetMethod::Agtao, &wide, 2.0));
+    let world = bevy.app.world_mut();
+    assert_eq!(world.query::<&AonetSurround>().iter(world).count(), 1);
+    bevy.app.world_mut().entity_mut(camera).insert(AonetAmbientOcclusion { margin: 0.0, ..settings });
+    let found = bevy.frames(4).visibility[&camera].1.clone();
+    assert_agrees("no margin again", &found, &expected(AonetMethod::Agtao, lens(larger), 2.0));
+    let world = bevy.app.world_mut();
+    assert_eq!(world.query::<&AonetSurround>().iter(world).count(), 0);
+}
+
+#[test]
+fn cameras_with_guard_bands_share_a_target() {
+    let mut bevy = Running::new();
+    let target = bevy.target(UVec2::new(160, 120));
+    let half = UVec2::new(80, 120);
+    let settings = AonetAmbientOcclusion { radius: 2.0, margin: 0.2, ..ao(AonetMethod::Agtao) };
+    let margin = aonet::Margin::share(lens(half).size(), 0.2);
+    let eyes = [EYE, [-1.5, 2.0, 3.0]];
+    let cameras = [0, 1].map(|i| {
+        let viewport =
+            Viewport { physical_position: UVec2::new(80 * i, 0), physical_size: half, ..default() };
+        let clear_color = if i == 0 { ClearColorConfig::Default } else { ClearColorConfig::None };
+        let part = Camera { viewport: Some(viewport), order: i as isize, clear_color, ..default() };
+        let pose = Transform::from_translation(eyes[i as usize].into()).looking_at(TARGET.into(), Vec3::Y);
+        bevy.camera(&target, (settings, pose, projection(), part))
+    });
+    let seen = bevy.frames(6);
+    for (camera, eye) in cameras.into_iter().zip(eyes) {
+        let lens = lens(half).looking_at(eye, TARGET, [0.0, 1.0, 0.0]).unwrap();
+        let wide = boxes::frame(lens.with_margin(margin).unwrap()).with_margin(margin).unwrap();
+        let found = &seen.visibility[&camera].1;
+        assert_agrees(&format!("from {eye:?}"), found, &expected_in(AonetMethod::Agtao, &wide, 2.0));
     }
 }

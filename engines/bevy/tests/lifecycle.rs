@@ -11,7 +11,7 @@ use common::*;
 
 const SIZE: UVec2 = UVec2::new(128, 72);
 const AO: AonetAmbientOcclusion =
-    AonetAmbientOcclusion { method: AonetMethod::Agtao, radius: 1.0, intensity: 1.0 };
+    AonetAmbientOcclusion { method: AonetMethod::Agtao, radius: 1.0, intensity: 1.0, margin: 0.0 };
 
 #[test]
 fn materials_see_the_visibility() {
@@ -100,6 +100,8 @@ fn senseless_cameras_are_drawn_without_occlusion() {
         ("radius", AonetAmbientOcclusion { radius: f32::NAN, ..AO }, 1.0),
         ("radius", AonetAmbientOcclusion { radius: -1.0, ..AO }, 1.0),
         ("intensity", AonetAmbientOcclusion { intensity: f32::NAN, ..AO }, 1.0),
+        ("margin", AonetAmbientOcclusion { margin: f32::NAN, ..AO }, 1.0),
+        ("margin", AonetAmbientOcclusion { margin: 1e9, ..AO }, 1.0),
         ("scale", AO, 3.0),
     ] {
         let pose = pose().with_scale(Vec3::splat(scale));

@@ -4,7 +4,7 @@
 pub mod boxes;
 
 use aonet::gpu::wgpu;
-use aonet::{AoImage, AoParams, Camera as Lens, Size};
+use aonet::{AoImage, AoParams, Camera as Lens, GBuffer, Size};
 use bevy::app::PluginsState;
 use bevy::camera::RenderTarget;
 use bevy::pbr::SsaoPipelineId;
@@ -190,18 +190,23 @@ pub fn lens(size: UVec2) -> Lens {
 
 /// What a method finds on the CPU in the exact frame of a camera.
 pub fn expected(method: AonetMethod, lens: Lens, radius: f32) -> Vec<f32> {
+    expected_in(method, &boxes::frame(lens), radius)
+}
+
+/// What a method finds on the CPU.
+pub fn expected_in(method: AonetMethod, gbuffer: &GBuffer, radius: f32) -> Vec<f32> {
     use aonet::net::{Model, cpu::Session, shipped};
     use aonet::search::Classic;
-    let (gbuffer, params) = (boxes::frame(lens), AoParams::new(radius).unwrap());
+    let params = AoParams::new(radius).unwrap();
     let network = |bytes| {
-        let mut image = AoImage::open(lens.size());
-        let mut session = Session::new(&Model::from_bytes(bytes).unwrap(), lens.size(), 1).unwrap();
-        session.run(&gbuffer, params, &mut image).unwrap();
+        let mut image = AoImage::open(gbuffer.window().size());
+        let mut session = Session::new(&Model::from_bytes(bytes).unwrap(), gbuffer.window(), 1).unwrap();
+        session.run(gbuffer, params, &mut image).unwrap();
         image
     };
     let image = match method {
-        AonetMethod::Gtao => Classic::named("gtao:tuned").unwrap().run(&gbuffer, params).unwrap(),
-        AonetMethod::Agtao => Classic::named("agtao:tuned").unwrap().run(&gbuffer, params).unwrap(),
+        AonetMethod::Gtao => Classic::named("gtao:tuned").unwrap().run(gbuffer, params).unwrap(),
+        AonetMethod::Agtao => Classic::named("agtao:tuned").unwrap().run(gbuffer, params).unwrap(),
         AonetMethod::Fast => network(shipped::FAST),
         AonetMethod::Balanced => network(shipped::BALANCED),
         AonetMethod::High => network(shipped::HIGH),
