@@ -22,7 +22,7 @@ import time
 VIEW = '{"eye":[0.5,3,5],"target":[0,0.5,0],"fov_y_deg":50,"width":160,"height":96,"radius":0.5}'
 TINY_NETWORK = {
     "model": {"arch": "ao_net", "features": "normal", "patch": 4, "kernel": "off", "encoder": [8, 8], "decoder": [8]},
-    "steps": 60, "batch": 2, "crop": 32, "seed": 1, "validate_every": 20, "validation_frames": 1, "checkpoint_every": 10,
+    "steps": 60, "batch": 2, "crop": 32, "learning_rate": 0.001, "loss": {"dssim": 1, "perceptual": 0, "vgg_layers": [], "l1": 1}, "augment": {"mirror": True, "roll": 0}, "seed": 1, "validate_every": 20, "validation_frames": 1, "checkpoint_every": 10,
 }
 # Fields that say when and for how long something ran.
 TIMES = {"seconds", "ms", "elapsed", "time"}
@@ -35,7 +35,7 @@ def jobs(work):
     frame = str(work / "frame.exr")
     return [
         ("dataset", ["dataset", "data", "--frames", "24", *FRAMES], True),
-        ("train", ["train", str(work / "tiny.json"), "--dataset", data, "-o", "run"], True),
+        ("train", ["train", str(work / "tiny.json"), "--dataset", data, "--dataset", str(work / "unseen"), "-o", "run"], True),
         ("tune", ["tune", "gtao", "--on", data, "--frames", "2", "--trials", "12", "-o", "gtao.json"], False),
         ("eval", ["eval", data, "--classic", "all", "--split", "train", "--json", "-o", "eval.json"], False),
         ("export", ["export", "balanced", "--onnx", "balanced.onnx"], False),
@@ -51,8 +51,11 @@ def without_times(value):
 
 
 def digest(path):
-    """Of the contents; of JSON without the times."""
+    """Of the contents; of JSON without the times, of safetensors with a sorted header."""
     data = path.read_bytes()
+    if path.suffix == ".safetensors":
+        length = int.from_bytes(data[:8], "little")
+        data = json.dumps(json.loads(data[8:8 + length]), sort_keys=True).encode() + data[8 + length:]
     if path.suffix in (".json", ".jsonl"):
         lines = data.splitlines() if path.suffix == ".jsonl" else [data]
         data = json.dumps([without_times(json.loads(line)) for line in lines]).encode()
@@ -162,6 +165,7 @@ def main():
         scene = pathlib.Path(__file__).resolve().parent.parent / "fuzz/seeds/gltf/everything.glb"
         shutil.copy(scene, work / "scene.glb")
         make = [["dataset", str(work / "data"), "--frames", "24", *FRAMES],
+                ["dataset", str(work / "unseen"), "--frames", "2", "--split", "val", *FRAMES],
                 ["trace", str(work / "scene.glb"), "--view", str(work / "view.json"), "--spp", "4", "-o", str(work / "frame.exr")]]
         for arguments in make:
             subprocess.run([program, *arguments], check=True, capture_output=True)

@@ -110,3 +110,19 @@ fn smooth(points: &[(f64, f64)]) -> Vec<(f64, f64)> {
 pub(crate) fn save_model(path: &Path, model: &Model) -> Result<()> {
     atomic_file::write(path, &model.to_bytes(WeightFormat::F16).map_err(Error::in_file(path))?)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_resumed_log_keeps_its_digits_and_drops_later_steps() {
+        let dir = tempfile::tempdir().unwrap();
+        let path = dir.path().join("log.jsonl");
+        // Neighbours of doubles that a fast parser mistakes for each other.
+        let kept = "{\"learning_rate\":0.0009829629131445341,\"loss\":0.22840115427970886,\"step\":6}\n";
+        std::fs::write(&path, format!("{kept}{{\"loss\":0.5,\"step\":7}}\n{{\"loss\":0.5,\"st")).unwrap();
+        drop(Log::open(dir.path(), 6).unwrap());
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), kept);
+    }
+}
