@@ -172,13 +172,14 @@ fn an_observer_sees_every_step_in_order_and_changes_nothing() {
     assert!(session.run_observed(&gbuffer, params(), &mut small, &mut |_| panic!("a step")).is_err());
 }
 
-/// Root mean square of the differences between precisions and f32 over the frame. Measured: 0.001 in bf16 and 0.0044 in
-/// integers at most.
-const PRECISION_TOLERANCE: f64 = 0.01;
+/// Root mean square of the differences between precisions and f32 over the frame. Measured: 0.0092 in bf16 and 0.0084 in
+/// integers at most, both of `paper`; 0.0012 and 0.0055 of the others.
+const PRECISION_TOLERANCE: f64 = 0.015;
 
 #[test]
 fn shipped_networks_say_the_same_in_every_precision() {
-    let gbuffer = frame(Size::px(300, 170), 2);
+    // Surfaces: integers cover the values that calibration met, which noise exceeds.
+    let gbuffer = waves(Size::px(300, 170));
     for (name, bytes) in aonet::net::shipped::ALL {
         let model = Model::from_bytes(bytes).unwrap();
         let image = |precision| {

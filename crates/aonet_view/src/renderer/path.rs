@@ -147,7 +147,7 @@ mod tests {
             ("{}", "keys"),
             (r#"{"keys": []}"#, "at least one"),
             (r#"{"keys": [{"seconds": 0, "eye": [0,0,0], "target": [0,0,0]}]}"#, "eye != target"),
-            (r#"{"keys": [{"seconds": 0, "eye": [0,0,1e39], "target": [0,0,0]}]}"#, "finite"),
+            (r#"{"keys": [{"seconds": 0, "eye": [0,0,1e39], "target": [0,0,0]}]}"#, "out of range"),
             (
                 r#"{"keys": [{"seconds": 1, "eye": [0,0,1], "target": [0,0,0]},
                 {"seconds": 1, "eye": [0,0,1], "target": [0,0,0]}]}"#,
