@@ -111,8 +111,8 @@ fn the_validator_refuses_what_is_broken() {
 
 #[test]
 fn mistakes_are_errors_that_name_them() {
-    let (json, block) = files("agtao:tuned", TEXTURES, Precision::F32);
-    let error = |json: &[u8], block: &[u8]| resource(json, block).unwrap_err().to_string();
+    let (json, block) = files("fast", TEXTURES, Precision::F32);
+    let error = |json: &[u8], block: &[u8]| resource(json, block).err().expect("an error").to_string();
     assert!(error(&json, &block[4..]).contains("block"));
     assert!(error(b"{}", &block).contains("program"));
     let plain = TextureEncoding { normals: NormalEncoding::Plain, ..TEXTURES };
@@ -127,9 +127,8 @@ fn mistakes_are_errors_that_name_them() {
         let found = error(&json, &block);
         assert!(found.contains(expected), "{found}");
     }
-    let broken = String::from_utf8(json).unwrap().replacen("fn main", "fn begin", 1);
-    let found = error(broken.as_bytes(), &block);
-    assert!(found.contains("vertex") || found.contains("compute") || found.contains("entry"), "{found}");
+    let broken = String::from_utf8(json).unwrap().replacen("fn main", "fn 1main", 1);
+    assert!(error(broken.as_bytes(), &block).contains("expected identifier"));
     assert!(compile("fn", Stage::Compute).is_err());
     let found = compile("@compute @workgroup_size(1) fn main() {}", Stage::Fragment).unwrap_err().to_string();
     assert!(found.contains("fragment"), "{found}");

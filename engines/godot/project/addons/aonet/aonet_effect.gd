@@ -9,6 +9,9 @@ extends CompositorEffect
 ## Where the materials read visibility.
 const CONTEXT := &"rb_ssao"
 const FINAL := &"final"
+## Visibility before [member intensity], in 16-bit floats, for effects of your own: 1 open, 0 closed.
+const OWN := &"aonet"
+const VISIBILITY := &"visibility"
 
 ## The network or classic method: a file of the folder [code]programs[/code].
 @export var program: AonetProgram = null:
@@ -74,14 +77,13 @@ func _before_opaque(data: RenderData) -> bool:
 		return false
 	var size := buffers.get_internal_size()
 	var views := buffers.get_view_count()
-	var drawn := RenderingDevice.TEXTURE_USAGE_COLOR_ATTACHMENT_BIT | RenderingDevice.TEXTURE_USAGE_CAN_COPY_FROM_BIT
-	_texture(buffers, &"aonet", &"visibility", RenderingDevice.DATA_FORMAT_R16_SFLOAT, drawn)
+	_texture(buffers, OWN, VISIBILITY, RenderingDevice.DATA_FORMAT_R16_SFLOAT, RenderingDevice.TEXTURE_USAGE_COLOR_ATTACHMENT_BIT)
 	_texture(buffers, CONTEXT, FINAL, RenderingDevice.DATA_FORMAT_R8_UNORM, RenderingDevice.TEXTURE_USAGE_STORAGE_BIT)
 	for view in views:
 		var textures := {
 			"depth": buffers.get_depth_layer(view),
 			"normals": buffers.get_texture_slice(&"forward_clustered", &"normal_roughness", view, 0, 1, 1),
-			"raw": buffers.get_texture_slice(&"aonet", &"visibility", view, 0, 1, 1),
+			"raw": buffers.get_texture_slice(OWN, VISIBILITY, view, 0, 1, 1),
 			"result": buffers.get_texture_slice(CONTEXT, FINAL, view, 0, 1, 1),
 		}
 		_session.encode(size, frame_bytes(scene.get_view_projection(view), size, radius), textures, intensity)
@@ -124,7 +126,7 @@ static func _texture(
 	buffers: RenderSceneBuffersRD, context: StringName, name: StringName, format: RenderingDevice.DataFormat, usage: int
 ) -> void:
 	if not buffers.has_texture(context, name):
-		usage |= RenderingDevice.TEXTURE_USAGE_SAMPLING_BIT
+		usage |= RenderingDevice.TEXTURE_USAGE_SAMPLING_BIT | RenderingDevice.TEXTURE_USAGE_CAN_COPY_FROM_BIT
 		var samples := RenderingDevice.TEXTURE_SAMPLES_1
 		buffers.create_texture(context, name, format, usage, samples, buffers.get_internal_size(), 0, 1, true, false)
 

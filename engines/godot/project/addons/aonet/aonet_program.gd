@@ -18,13 +18,15 @@ var _parsed: Dictionary
 ## The list, or an empty one where the resource is not a program of this version.
 func list() -> Dictionary:
 	if _parsed.is_empty():
-		var found: Variant = JSON.parse_string(document)
+		var json := JSON.new()
+		# Unlike parse_string, it prints nothing.
+		var found: Variant = json.data if json.parse(document) == OK else null
 		if found is Dictionary and int(found.get("format", 0)) == FORMAT and found.has("finish"):
 			_parsed = found
 	return _parsed
 
 
-## A shader, and an empty one where the block does not hold it.
+## A shader: one stage or two.
 func shader(index: int) -> RDShaderSPIRV:
 	var spirv := RDShaderSPIRV.new()
 	var places: Dictionary = list().shaders[index]
