@@ -24,6 +24,8 @@ fn convert(folder: &Path, out: &Path) -> Result<(), Error> {
     let text = aonet_godot::resource(&read("program.json")?, &read("program.bin")?)?;
     // A file under its final name is complete.
     let partial = out.with_extension("tres.partial");
-    std::fs::write(&partial, text).and_then(|()| std::fs::rename(&partial, out)).map_err(|e| format!("{}: {e}", out.display()))?;
+    std::fs::write(&partial, text)
+        .and_then(|()| std::fs::rename(&partial, out))
+        .map_err(|e| format!("{}: {e}", out.display()))?;
     Ok(())
 }

@@ -43,10 +43,16 @@ pub fn compile(source: &str, stage: Stage) -> Result<Vec<u32>, Error> {
     let mut module = naga::front::wgsl::parse_str(source).map_err(|e| e.emit_to_string(source))?;
     module.entry_points.retain(|entry| entry.stage == stage.of_naga());
     let [entry] = &mut module.entry_points[..] else {
-        return Err(format!("shader: expected one {} stage, found {}", stage.name(), module.entry_points.len()).into());
+        return Err(format!(
+            "shader: expected one {} stage, found {}",
+            stage.name(),
+            module.entry_points.len()
+        )
+        .into());
     };
     entry.name = "main".to_owned();
-    let sees_frame = module.global_variables.iter().any(|(_, variable)| variable.space == naga::AddressSpace::Handle);
+    let sees_frame =
+        module.global_variables.iter().any(|(_, variable)| variable.space == naga::AddressSpace::Handle);
     let info = Validator::new(ValidationFlags::all(), Capabilities::all())
         .validate(&module)
         .map_err(|e| e.emit_to_string(source))?;

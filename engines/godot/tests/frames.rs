@@ -27,7 +27,11 @@ fn half(bytes: [u8; 2]) -> f32 {
     let bits = u16::from_le_bytes(bytes);
     let (exponent, mantissa) = (i32::from(bits >> 10 & 31), f32::from(bits & 1023));
     assert!(bits < 0x7c00, "a finite number that is not negative");
-    if exponent == 0 { mantissa * 2f32.powi(-24) } else { (1.0 + mantissa / 1024.0) * 2f32.powi(exponent - 15) }
+    if exponent == 0 {
+        mantissa * 2f32.powi(-24)
+    } else {
+        (1.0 + mantissa / 1024.0) * 2f32.powi(exponent - 15)
+    }
 }
 
 /// Visibility of 16-bit floats.
@@ -49,7 +53,8 @@ fn placed(camera: Camera, eye: [f32; 3]) -> Camera {
 }
 
 fn network(name: &str) -> Model {
-    let (_, bytes) = shipped::ALL.into_iter().find(|(known, _)| *known == name).expect("a network or a classic method");
+    let (_, bytes) =
+        shipped::ALL.into_iter().find(|(known, _)| *known == name).expect("a network or a classic method");
     Model::from_bytes(bytes).unwrap()
 }
 
@@ -103,7 +108,8 @@ fn every_kind_of_camera_agrees() {
     let parallel = placed(Camera::orthographic(5.0, SIZE).unwrap(), EYE);
     assert_agrees("orthographic", &visibility("orthographic"), &agtao(parallel));
     // A near plane of 0.1 by 0.1778 at 0.1: 900 pixels a unit, and offsets of 0.03 and 0.02.
-    let off_centre = lens(SIZE).with_focal_px([90.0; 2]).unwrap().with_centre_px([80.0 - 27.0, 45.0 + 18.0]).unwrap();
+    let off_centre =
+        lens(SIZE).with_focal_px([90.0; 2]).unwrap().with_centre_px([80.0 - 27.0, 45.0 + 18.0]).unwrap();
     assert_agrees("off-centre", &visibility("off_centre"), &agtao(off_centre));
     let resized = lens(Size::px(200, 120));
     assert_agrees("resized", &visibility("resized"), &agtao(resized));
@@ -113,6 +119,23 @@ fn every_kind_of_camera_agrees() {
     assert!(mean < 0.015, "multisampled: {mean}");
     assert_agrees("smaller radius", &visibility("near"), &expected("agtao:tuned", lens(SIZE), 0.6));
     assert_agrees("after mistakes", &visibility("mended"), &agtao(lens(SIZE)));
+}
+
+/// Projections of cameras and of shaders are the same lens.
+#[test]
+fn both_kinds_of_projections_give_the_same_numbers() {
+    let numbers = bytes("numbers.bin");
+    assert_eq!(numbers.len(), 3 * 2 * 112);
+    for frame in numbers.chunks_exact(2 * 112) {
+        let (camera, shader) = frame.split_at(112);
+        assert_eq!(camera[..56], shader[..56]);
+        let floats = |bytes: &[u8]| -> Vec<f32> {
+            bytes[56..92].chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect()
+        };
+        for (a, b) in floats(camera).into_iter().zip(floats(shader)) {
+            assert!((a - b).abs() <= 1e-4 * (1e-1 + a.abs()), "{a} and {b}");
+        }
+    }
 }
 
 #[test]
@@ -126,7 +149,11 @@ fn viewports_do_not_disturb_each_other() {
 #[test]
 fn other_frames_differ() {
     let found = visibility("agtao");
-    assert!(!agrees("another eye", &found, &expected("agtao:tuned", placed(lens(SIZE), [1.7, 2.2, 3.4]), 1.0)));
+    assert!(!agrees(
+        "another eye",
+        &found,
+        &expected("agtao:tuned", placed(lens(SIZE), [1.7, 2.2, 3.4]), 1.0)
+    ));
     assert!(!agrees("another radius", &found, &expected("agtao:tuned", lens(SIZE), 1.2)));
     assert!(!agrees("another method", &found, &expected("gtao:tuned", lens(SIZE), 1.0)));
 }
@@ -138,7 +165,8 @@ fn materials_darken_ambient_light_by_it() {
     // The background stays white.
     let surfaces: Vec<usize> = (0..lit.len()).filter(|i| (picture("off")[*i] - 1.0).abs() > 0.05).collect();
     assert!(surfaces.len() > lit.len() / 2);
-    let mean = surfaces.iter().map(|i| (lit[*i] - AMBIENT * stored[*i]).abs()).sum::<f32>() / surfaces.len() as f32;
+    let mean =
+        surfaces.iter().map(|i| (lit[*i] - AMBIENT * stored[*i]).abs()).sum::<f32>() / surfaces.len() as f32;
     println!("light of {} pixels: mean difference {mean:.5}", surfaces.len());
     assert!(mean < 4e-3, "{mean}");
     // Power 2, in 8 bits.
@@ -159,6 +187,18 @@ fn without_it_nothing_is_darkened_and_godots_own_search_works() {
     }
 }
 
+/// Its network is another one than that of the picture with `agtao`.
+#[test]
+fn the_readmes_code_works() {
+    let (readme, lit) = (picture("readme"), picture("lit"));
+    let expected: Vec<f32> = expected("balanced", lens(SIZE), 1.0);
+    let open = picture("off");
+    let found: Vec<f32> =
+        readme.iter().zip(&open).map(|(v, open)| if *open < 0.9 { v / open } else { 1.0 }).collect();
+    assert_agrees("README", &found, &expected);
+    assert!(difference(&readme, &lit).0 > 1e-3);
+}
+
 #[test]
 fn mistakes_are_errors_on_the_console() {
     let log = String::from_utf8(bytes("godot.log")).unwrap();
@@ -169,6 +209,7 @@ fn mistakes_are_errors_on_the_console() {
     ] {
         assert_eq!(log.matches(sentence).count(), 1, "{sentence}");
     }
-    let errors = log.lines().filter(|line| line.contains("ERROR") && !line.contains("aonet: ")).collect::<Vec<_>>();
+    let errors =
+        log.lines().filter(|line| line.contains("ERROR") && !line.contains("aonet: ")).collect::<Vec<_>>();
     assert!(errors.is_empty(), "{errors:#?}");
 }

@@ -17,7 +17,8 @@ const TEXTURES: TextureEncoding = TextureEncoding {
 };
 
 fn network(name: &str) -> Model {
-    let (_, bytes) = shipped::ALL.into_iter().find(|(known, _)| *known == name).expect("a network or a classic method");
+    let (_, bytes) =
+        shipped::ALL.into_iter().find(|(known, _)| *known == name).expect("a network or a classic method");
     Model::from_bytes(bytes).unwrap()
 }
 
@@ -68,7 +69,18 @@ fn validated(module: &[u8]) -> Result<(), String> {
 #[test]
 fn shaders_of_every_method_are_valid() {
     let half = [("fast", Precision::F16), ("high", Precision::F16)];
-    let single = ["fast", "balanced", "high", "paper", "gtao:tuned", "agtao:tuned", "vbao", "arcs:tuned", "ssao", "hbao"];
+    let single = [
+        "fast",
+        "balanced",
+        "high",
+        "paper",
+        "gtao:tuned",
+        "agtao:tuned",
+        "vbao",
+        "arcs:tuned",
+        "ssao",
+        "hbao",
+    ];
     for (name, precision) in single.map(|name| (name, Precision::F32)).into_iter().chain(half) {
         let (json, block) = files(name, TEXTURES, precision);
         let (list, resource_block) = parsed(&resource(&json, &block).unwrap());
@@ -88,7 +100,10 @@ fn shaders_of_every_method_are_valid() {
                 let module = slice(&resource_block, place);
                 end += module.len();
                 validated(module).unwrap_or_else(|e| panic!("{name}, shader {index}, {stage}: {e}"));
-                assert!(module.windows(8).any(|w| w == b"main\0\0\0\0"), "Godot looks for an entry point main");
+                assert!(
+                    module.windows(8).any(|w| w == b"main\0\0\0\0"),
+                    "Godot looks for an entry point main"
+                );
             }
         }
         assert_eq!(end, resource_block.len());

@@ -7,7 +7,7 @@ extends Control
 const PROGRAMS := ["agtao", "fast", "balanced", "high"]
 const RADIUS := 1.0
 
-var angle := 0.5
+var angle := 0.42
 var is_turning := true
 var cameras: Array[Camera3D] = []
 var effect := AonetEffect.new()
@@ -16,8 +16,6 @@ var effect := AonetEffect.new()
 func _ready() -> void:
 	effect.program = load_program("balanced")
 	effect.radius = RADIUS
-	# The scene is in the world of the first view, which the others share.
-	var first: SubViewport = null
 	for which in 3:
 		var container := SubViewportContainer.new()
 		container.stretch = true
@@ -25,13 +23,6 @@ func _ready() -> void:
 		container.anchor_right = (which + 1) / 3.0
 		container.anchor_bottom = 1.0
 		var viewport := SubViewport.new()
-		viewport.own_world_3d = true
-		if first == null:
-			first = viewport
-			viewport.world_3d = World3D.new()
-		else:
-			viewport.own_world_3d = false
-			viewport.world_3d = first.world_3d
 		viewport.screen_space_aa = Viewport.SCREEN_SPACE_AA_FXAA
 		var camera := Camera3D.new()
 		camera.fov = 40.0
@@ -46,7 +37,7 @@ func _ready() -> void:
 	cameras[1].environment.ssao_radius = RADIUS
 	cameras[2].compositor = Compositor.new()
 	cameras[2].compositor.compositor_effects = [effect]
-	build(first)
+	build(self)
 	var arguments := OS.get_cmdline_user_args()
 	if arguments.size() == 2 and arguments[0] == "--screenshot":
 		is_turning = false
@@ -88,8 +79,8 @@ func load_program(which: String) -> AonetProgram:
 
 func place() -> void:
 	for camera in cameras:
-		var eye := Vector3(sin(angle) * 6.5, 3.2, cos(angle) * 6.5)
-		camera.look_at_from_position(eye, Vector3(0, 0.9, 0))
+		var eye := Vector3(sin(angle) * 7.6, 3.4, cos(angle) * 7.6)
+		camera.look_at_from_position(eye, Vector3(0.35, 0.85, 0))
 
 
 func daylight() -> Environment:
@@ -111,7 +102,7 @@ func build(parent: Node) -> void:
 	for step in 6:
 		add_box(parent, Vector3(-1.9, 0.15 + 0.3 * step, 1.2 - 0.45 * step), Vector3(1.3, 0.3, 0.45))
 		add_box(parent, Vector3(-1.9, 0.15 * step, 1.2 - 0.45 * step), Vector3(1.3, 0.3 * step, 0.45))
-	add_box(parent, Vector3(0, 1.4, -2.2), Vector3(6, 2.8, 0.3))
+	add_box(parent, Vector3(0.2, 1.4, -2.2), Vector3(6.4, 2.8, 0.3))
 	for column in 4:
 		var cylinder := CylinderMesh.new()
 		cylinder.top_radius = 0.16

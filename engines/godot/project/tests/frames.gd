@@ -42,6 +42,7 @@ func _ready() -> void:
 	await _viewports()
 	await _settings()
 	await _mistakes()
+	await _readme()
 	get_tree().quit()
 
 
@@ -62,8 +63,9 @@ func new_camera(effect: CompositorEffect) -> Camera3D:
 	camera.far = 30.0
 	camera.look_at_from_position(Vector3(1.6, 2.2, 3.4), TARGET)
 	camera.environment = environment
-	camera.compositor = Compositor.new()
-	camera.compositor.compositor_effects = [effect]
+	if effect != null:
+		camera.compositor = Compositor.new()
+		camera.compositor.compositor_effects = [effect]
 	return camera
 
 
@@ -93,6 +95,13 @@ func write_visibility(file: String, probe: Probe) -> void:
 	write(file + ".r16", probe.read(&"aonet", &"visibility"))
 
 
+## The numbers of a frame by the projection that cameras have, and by that which shaders see. Versions of Godot differ in which of
+## them effects get.
+func both_numbers(camera: Camera3D, probe: Probe) -> PackedByteArray:
+	var of_camera := AonetEffect.frame_bytes(camera.get_camera_projection(), SIZE, 1.0)
+	return of_camera + AonetEffect.frame_bytes(probe.projection, SIZE, 1.0)
+
+
 func _programs() -> void:
 	for which: String in ["fast", "balanced", "high", "agtao"]:
 		var probe := new_probe(which)
@@ -106,13 +115,18 @@ func _cameras() -> void:
 	var probe := new_probe("agtao")
 	var camera := new_camera(probe)
 	var viewport := new_viewport(camera)
+	await frames()
+	var numbers := both_numbers(camera, probe)
 	camera.set_orthogonal(5.0, 0.1, 30.0)
 	await frames()
 	write_visibility("orthographic", probe)
+	numbers += both_numbers(camera, probe)
 	# The near plane is 0.1 high; the camera's axis meets it below and left of its centre.
 	camera.set_frustum(0.1, Vector2(0.03, 0.02), 0.1, 30.0)
 	await frames()
 	write_visibility("off_centre", probe)
+	numbers += both_numbers(camera, probe)
+	write("numbers.bin", numbers)
 	camera.set_perspective(rad_to_deg(0.9), 0.1, 30.0)
 	viewport.size = Vector2i(200, 120)
 	await frames()
@@ -185,4 +199,19 @@ func _mistakes() -> void:
 	probe.program = load_program("agtao")
 	await frames()
 	write_visibility("mended", probe)
+	viewport.free()
+
+
+## What the README says to write, on a camera without environment and effects of its own.
+func _readme() -> void:
+	var world := WorldEnvironment.new()
+	world.environment = environment
+	world.set_script(load("res://readme.gd"))
+	add_child(world)
+	var camera := new_camera(null)
+	camera.environment = null
+	var viewport := new_viewport(camera)
+	viewport.use_hdr_2d = true
+	await frames()
+	write("readme.rgb16", viewport.get_texture().get_image().get_data())
 	viewport.free()

@@ -3,12 +3,12 @@ extends AonetEffect
 ## An effect that remembers the textures of the last frame.
 
 var buffers: RenderSceneBuffersRD
-var frames := 0
+var projection: Projection
 
 
 func _before_opaque(data: RenderData) -> bool:
 	buffers = data.get_render_scene_buffers()
-	frames += 1
+	projection = data.get_render_scene_data().get_view_projection(0)
 	return super(data)
 
 
