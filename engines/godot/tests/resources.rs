@@ -127,7 +127,7 @@ fn the_validator_refuses_what_is_broken() {
 #[test]
 fn mistakes_are_errors_that_name_them() {
     let (json, block) = files("fast", TEXTURES, Precision::F32);
-    let error = |json: &[u8], block: &[u8]| resource(json, block).err().expect("an error").to_string();
+    let error = |json: &[u8], block: &[u8]| resource(json, block).map(drop).unwrap_err().to_string();
     assert!(error(&json, &block[4..]).contains("block"));
     assert!(error(b"{}", &block).contains("program"));
     let plain = TextureEncoding { normals: NormalEncoding::Plain, ..TEXTURES };
