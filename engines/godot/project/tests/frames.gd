@@ -103,7 +103,7 @@ func both_numbers(camera: Camera3D, probe: Probe) -> PackedByteArray:
 
 
 func _programs() -> void:
-	for which: String in ["fast", "balanced", "high", "agtao"]:
+	for which: String in ["fast", "balanced", "high", "agtao", "balanced_f16"]:
 		var probe := new_probe(which)
 		var viewport := new_viewport(new_camera(probe))
 		await frames()
@@ -199,6 +199,12 @@ func _mistakes() -> void:
 	probe.program = load_program("agtao")
 	await frames()
 	write_visibility("mended", probe)
+	# From here on Godot prints errors of its own.
+	var broken: AonetProgram = load_program("agtao").duplicate()
+	broken.block.fill(0)
+	probe.program = broken
+	await frames()
+	write("no_shaders.rgb16", viewport.get_texture().get_image().get_data())
 	viewport.free()
 
 

@@ -76,6 +76,8 @@ func _before_opaque(data: RenderData) -> bool:
 	if buffers == null or scene == null or not _ready_to_run(data, buffers):
 		return false
 	var size := buffers.get_internal_size()
+	if not _session.prepare(size):
+		return _complain("%dx%d: expected shaders and memory that the device gives, found the error above" % [size.x, size.y])
 	var views := buffers.get_view_count()
 	_texture(buffers, OWN, VISIBILITY, RenderingDevice.DATA_FORMAT_R16_SFLOAT, RenderingDevice.TEXTURE_USAGE_COLOR_ATTACHMENT_BIT)
 	_texture(buffers, CONTEXT, FINAL, RenderingDevice.DATA_FORMAT_R8_UNORM, RenderingDevice.TEXTURE_USAGE_STORAGE_BIT)

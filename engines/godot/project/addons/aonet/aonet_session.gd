@@ -35,6 +35,8 @@ class Sized:
 	## Dictionaries: shader, pipeline, sees_frame, bindings, groups.
 	var passes: Array[Dictionary]
 	var image_set: RID
+	## Whether the device has given all of it.
+	var complete := false
 	var last := 0
 
 
@@ -59,6 +61,11 @@ static func _free(device: RenderingDevice, all: Array[RID]) -> void:
 	for rid in all:
 		if rid.is_valid():
 			device.free_rid(rid)
+
+
+## Whether the device gives what a size needs. Call it before [method encode]; Godot prints why not.
+func prepare(size: Vector2i) -> bool:
+	return _sized(size).complete
 
 
 ## Encodes a frame: visibility of [param depth] and [param normals] goes into [param raw], a texture that can be drawn to, and its
@@ -145,14 +152,20 @@ func _make(size: Vector2i) -> Sized:
 	sized.own.append(sized.frame)
 	for index in list.buffers.size():
 		_make_buffer(sized, index, size)
+		if not sized.buffers[index].is_valid():
+			return sized
 	for step: Dictionary in list.passes:
 		var chosen := _program.variant(step.variants, size)
+		if not _pipeline(chosen.shader).is_valid():
+			return sized
 		chosen.sees_frame = step.sees_frame
 		chosen.pipeline = _pipeline(chosen.shader)
 		chosen.shader = _shader(chosen.shader)
 		chosen.bindings = _bindings(sized, step.bindings, chosen.shader, 1 if step.sees_frame else 0)
 		sized.passes.append(chosen)
-	sized.image_set = _bindings(sized, list.image.bindings, _shader(int(list.image.shader)), 1)
+	if _shader(int(list.image.shader)).is_valid() and _pipeline(int(list.finish.shader)).is_valid():
+		sized.image_set = _bindings(sized, list.image.bindings, _shader(int(list.image.shader)), 1)
+		sized.complete = true
 	return sized
 
 
@@ -214,7 +227,8 @@ func _shader(index: int) -> RID:
 
 func _pipeline(index: int) -> RID:
 	if not _pipelines.has(index):
-		_pipelines[index] = _device.compute_pipeline_create(_shader(index))
+		var shader := _shader(index)
+		_pipelines[index] = _device.compute_pipeline_create(shader) if shader.is_valid() else RID()
 	return _pipelines[index]
 
 
