@@ -68,8 +68,8 @@ func prepare(size: Vector2i) -> bool:
 	return _sized(size).complete
 
 
-## Encodes a frame: visibility of [param depth] and [param normals] goes into [param raw], a texture that can be drawn to, and its
-## power into [param result], of the format R8.
+## Encodes a frame of textures: visibility of "normals" and "depth" is drawn to "raw", and its [param power] is written to "result",
+## whose format is R8. [param numbers] are those of [method AonetEffect.frame_bytes].
 func encode(size: Vector2i, numbers: PackedByteArray, textures: Dictionary, power: float) -> void:
 	_frame += 1
 	var sized := _sized(size)
