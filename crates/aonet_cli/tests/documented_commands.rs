@@ -50,6 +50,7 @@ const FATES: &[(&str, Fate)] = &[
             "--normal theirs --depth theirs --ao theirs --normals plain",
         )]),
     ),
+    ("aonet bench --size", Run(&[("1280x720", "64x36 --runs 1")])),
     ("aonet ladder", Run(&[("--scenes-dir DIR", "--spp 4")])),
     ("aonet tune gtao", Run(&[("-o", "--frames 2 --trials 2 -o")])),
     ("aonet paper all", Not("needs every trained network; the test of the paper's tables makes single ones")),
@@ -109,7 +110,7 @@ fn desk() -> tempfile::TempDir {
     }
     ok(desk, "trace scene.glb --view view.json --spp 4 -o frame.exr");
     ok(desk, "render scene.glb --view view.json --margin 0.15 --layers 2 -o deep.exr");
-    for folder in ["theirs", "runs/any"] {
+    for folder in ["theirs", "runs/any", "assets"] {
         std::fs::create_dir_all(desk.join(folder)).unwrap();
     }
     for copy in ["engine.exr", "blender.exr", "behind.exr", "theirs/frame.exr"] {
