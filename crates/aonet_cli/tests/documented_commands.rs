@@ -51,7 +51,16 @@ const FATES: &[(&str, Fate)] = &[
         )]),
     ),
     ("aonet bench --size", Run(&[("1280x720", "64x36 --runs 1")])),
-    ("aonet ladder", Run(&[("--scenes-dir DIR", "--spp 4")])),
+    (
+        "aonet dataset data/test",
+        Run(&[("23..26", "23..24"), ("--frames 48 --spp 512", "--frames 2 --size 48x32 --spp 4")]),
+    ),
+    (
+        "aonet dataset data/val",
+        Run(&[("20..23", "20..21"), ("--frames 48", "--frames 2 --size 48x32 --spp 4")]),
+    ),
+    ("aonet eval data/deep", Run(&[("--classic", "--split train --classic")])),
+    ("aonet ladder", Run(&[("data/test", "data/test --spp 4")])),
     ("aonet tune gtao", Run(&[("-o", "--frames 2 --trials 2 -o")])),
     ("aonet paper all", Not("needs every trained network; the test of the paper's tables makes single ones")),
     ("cargo test --workspace --release", By(".ci/run", "cargo test --workspace --release")),
