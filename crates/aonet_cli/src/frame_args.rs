@@ -1,7 +1,7 @@
 //! A G-buffer, its camera and radius, and the AO made from it: what `infer` and `classic` share.
 
 use crate::device::Device;
-use crate::output;
+use crate::{names, output};
 use anyhow::{Context, Result};
 use aonet::{AoImage, AoParams};
 use aonet_lab::ao_file::save_ao;
@@ -22,7 +22,7 @@ pub(crate) struct FrameArgs {
     #[arg(long, value_name = "FILE.exr")]
     second: Option<PathBuf>,
     /// File to write: .exr (32-bit) or .png (16-bit grey), linear.
-    #[arg(short, long)]
+    #[arg(short, long, value_name = "AO", value_parser = names::exr_or_png())]
     output: PathBuf,
     /// AO radius (world units); otherwise the frame's or the view's.
     #[arg(long)]

@@ -102,17 +102,20 @@ fn main() -> ExitCode {
     }
 }
 
-/// Parses the command line. Options take negative numbers, so that a range error names the value and not a flag.
 fn parse() -> Cli {
+    Cli::from_arg_matches(&command_line().get_matches()).unwrap_or_else(|e| e.exit())
+}
+
+/// The command line. Options take negative numbers, so that a range error names the value and not a flag.
+fn command_line() -> clap::Command {
     let names: Vec<_> = Cli::command().get_subcommands().map(|c| c.get_name().to_owned()).collect();
     let negative = |arg: clap::Arg| {
         let takes_values = arg.get_action().takes_values() && !arg.is_positional();
         arg.allow_negative_numbers(takes_values)
     };
-    let command = names
+    names
         .into_iter()
-        .fold(Cli::command(), |cli, name| cli.mut_subcommand(name, |command| command.mut_args(negative)));
-    Cli::from_arg_matches(&command.get_matches()).unwrap_or_else(|e| e.exit())
+        .fold(Cli::command(), |cli, name| cli.mut_subcommand(name, |command| command.mut_args(negative)))
 }
 
 fn run(command: Command) -> anyhow::Result<Outcome> {
@@ -152,5 +155,25 @@ mod tests {
     #[test]
     fn the_command_line_is_well_formed() {
         Cli::command().debug_assert();
+    }
+
+    /// The commands in the help of a command and of its subcommands.
+    fn examples(of: &clap::Command) -> Vec<String> {
+        let help = of.get_after_long_help().or(of.get_after_help()).map(ToString::to_string);
+        let lines = help.iter().flat_map(|help| help.lines());
+        // A note may stand behind a command, in brackets.
+        let commands = lines.flat_map(|line| line.split("   (").next().unwrap_or(line).split(" && "));
+        let found = commands.map(str::trim).filter(|line| line.starts_with("aonet ")).map(str::to_owned);
+        found.chain(of.get_subcommands().flat_map(examples)).collect()
+    }
+
+    #[test]
+    fn every_example_of_the_help_is_a_command_line() {
+        let examples = examples(&command_line());
+        assert!(examples.len() > 40, "{examples:?}");
+        for line in examples {
+            let parsed = command_line().try_get_matches_from(line.split_whitespace());
+            assert!(parsed.is_ok(), "{line}: {}", parsed.unwrap_err());
+        }
     }
 }

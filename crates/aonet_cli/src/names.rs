@@ -13,12 +13,25 @@ pub(crate) fn png() -> impl TypedValueParser<Value = PathBuf> {
     ending("png")
 }
 
+/// Takes names that end in `.exr` or `.png`.
+pub(crate) fn exr_or_png() -> impl TypedValueParser<Value = PathBuf> {
+    PathBufValueParser::new().try_map(|path| match has(&path, "exr") || has(&path, "png") {
+        true => Ok(path),
+        false => Err("expected a name that ends in .exr or .png"),
+    })
+}
+
 /// Takes names that end in the extension, in any case.
 pub(crate) fn ending(extension: &'static str) -> impl TypedValueParser<Value = PathBuf> {
-    PathBufValueParser::new().try_map(move |path| match has(&path, extension) {
-        true => Ok(path),
-        false => Err(format!("expected a name that ends in .{extension}")),
-    })
+    PathBufValueParser::new().try_map(move |path| checked(path, extension))
+}
+
+/// The name, if it ends in the extension.
+///
+/// # Errors
+/// When it does not.
+pub(crate) fn checked(path: PathBuf, extension: &str) -> Result<PathBuf, String> {
+    if has(&path, extension) { Ok(path) } else { Err(format!("expected a name that ends in .{extension}")) }
 }
 
 fn has(path: &Path, extension: &str) -> bool {

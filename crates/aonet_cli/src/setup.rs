@@ -29,12 +29,8 @@ pub(crate) struct SceneArgs {
     /// View (JSON): eye, target, width, height, radius; optional up, fov_y_deg, near, far, ortho_height, margin, separation.
     #[arg(long, value_name = "VIEW.json")]
     pub(crate) view: PathBuf,
-    /// Image width instead of the view's (px).
-    #[arg(long)]
-    pub(crate) width: Option<usize>,
-    /// Image height instead of the view's (px).
-    #[arg(long)]
-    pub(crate) height: Option<usize>,
+    #[command(flatten)]
+    pub(crate) size: SizeArgs,
     /// AO radius instead of the view's (world units).
     #[arg(long)]
     pub(crate) radius: Option<f32>,
@@ -52,8 +48,7 @@ impl SceneArgs {
     /// Loads the scene and the view.
     pub(crate) fn load(&self) -> Result<(Tracer, View)> {
         let mut view = View::load(&self.view)?;
-        view.width = self.width.unwrap_or(view.width);
-        view.height = self.height.unwrap_or(view.height);
+        [view.width, view.height] = self.size.or([view.width, view.height]);
         view.radius = self.radius.unwrap_or(view.radius);
         let view = self.surround.applied(view)?;
         view.camera()?;
@@ -65,6 +60,37 @@ impl SceneArgs {
         }
         Ok((Tracer::new(scene), view))
     }
+}
+
+/// The size of pictures. The defaults are the command's.
+#[derive(Debug, Clone, Copy, clap::Args)]
+pub(crate) struct SizeArgs {
+    /// Image size (px), such as 1280x720 [default: the view's, else 1280x720].
+    #[arg(long, value_name = "WxH", value_parser = parse_size, conflicts_with_all = ["width", "height"])]
+    size: Option<Size>,
+    /// Image width (px).
+    #[arg(long, value_name = "PX")]
+    width: Option<usize>,
+    /// Image height (px).
+    #[arg(long, value_name = "PX")]
+    height: Option<usize>,
+}
+
+impl SizeArgs {
+    /// The given width and height (px), and for what is not given those of `default`.
+    pub(crate) fn or(self, [width, height]: [usize; 2]) -> [usize; 2] {
+        match self.size {
+            Some(size) => [size.width(), size.height()],
+            None => [self.width.unwrap_or(width), self.height.unwrap_or(height)],
+        }
+    }
+}
+
+/// A size (px) from `WxH`.
+pub(crate) fn parse_size(text: &str) -> Result<Size> {
+    let (width, height) =
+        text.split_once('x').ok_or_else(|| anyhow::anyhow!("expected WxH, such as 1280x720"))?;
+    Ok(Size::named("--size", width.parse()?, height.parse()?)?)
 }
 
 /// What a frame shows besides the visible surfaces of its picture.
@@ -120,12 +146,8 @@ pub(crate) struct StageArgs {
     /// The scene is an interior: no floor is added, and the camera is placed between its walls.
     #[arg(long)]
     pub(crate) environment: bool,
-    /// Image width (px).
-    #[arg(long)]
-    pub(crate) width: Option<usize>,
-    /// Image height (px).
-    #[arg(long)]
-    pub(crate) height: Option<usize>,
+    #[command(flatten)]
+    pub(crate) size: SizeArgs,
     /// Seed of the camera that the program places.
     #[arg(long, default_value_t = 0)]
     pub(crate) seed: u64,
@@ -134,10 +156,10 @@ pub(crate) struct StageArgs {
 impl StageArgs {
     /// The scene with its camera.
     pub(crate) fn load(&self) -> Result<(Tracer, View)> {
-        let size = Size::new(self.width.unwrap_or(1280), self.height.unwrap_or(720))?;
+        let [width, height] = self.size.or([1280, 720]);
+        let size = Size::new(width, height)?;
         let resized = |mut view: View| -> Result<View> {
-            view.width = self.width.unwrap_or(view.width);
-            view.height = self.height.unwrap_or(view.height);
+            [view.width, view.height] = self.size.or([view.width, view.height]);
             view.camera()?;
             Ok(view)
         };

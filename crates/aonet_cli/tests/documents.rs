@@ -1,6 +1,7 @@
 //! The project's documents: links lead somewhere, and the README stays short.
 
 use std::path::{Path, PathBuf};
+use std::process::Command;
 
 /// Most words of the README.
 const README_WORDS: usize = 900;
@@ -78,6 +79,34 @@ fn the_readme_is_short() {
     let text = std::fs::read_to_string(root().join("README.md")).unwrap();
     let words = text.split_whitespace().count();
     assert!(words <= README_WORDS, "{words} words");
+}
+
+/// The first program of the README in a crate that depends on `aonet` alone, as a stranger would try it.
+#[test]
+fn the_readmes_program_compiles_as_a_crate_of_its_own() {
+    let readme = std::fs::read_to_string(root().join("README.md")).unwrap();
+    let program = readme.split("```rust,no_run\n").nth(1).and_then(|rest| rest.split("```").next()).unwrap();
+    assert!(program.lines().all(|line| !line.starts_with('#')), "lines that only rustdoc hides");
+    let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("stranger");
+    std::fs::create_dir_all(folder.join("src")).unwrap();
+    let aonet = root().join("crates/aonet");
+    let manifest = format!(
+        "[package]\nname = \"stranger\"\nedition = \"2024\"\n\n[dependencies]\naonet = {{ path = {aonet:?} }}\n\n[workspace]\n"
+    );
+    let check = |program: &str| {
+        std::fs::write(folder.join("Cargo.toml"), &manifest).unwrap();
+        std::fs::write(folder.join("src/main.rs"), program).unwrap();
+        std::fs::copy(root().join("Cargo.lock"), folder.join("Cargo.lock")).unwrap();
+        let mut cargo = Command::new(std::env::var_os("CARGO").unwrap_or("cargo".into()));
+        let target = folder.join("target");
+        cargo.args(["check", "--offline", "--quiet"]).env("CARGO_TARGET_DIR", target).current_dir(&folder);
+        cargo.output().unwrap()
+    };
+    let output = check(program);
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    // The test can fail: what is not public does not compile.
+    let output = check(&program.replace("aonet::net::{", "aonet::threads::{"));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("threads"), "{output:?}");
 }
 
 #[test]

@@ -51,7 +51,7 @@ fn a_radius_far_outside_of_the_trained_range_is_warned_of() {
     assert!(!warning("").contains("warning"));
     let info = json(desk.path(), "info balanced --json");
     let range = info["radius_in_image_heights"].as_array().unwrap();
-    assert_eq!(range.iter().map(|v| v.as_f64().unwrap() as f32).collect::<Vec<_>>(), [0.02, 0.4]);
+    assert_eq!(range.iter().map(|v| v.as_f64().unwrap()).collect::<Vec<_>>(), [0.02, 0.4]);
 }
 
 #[test]
@@ -72,6 +72,9 @@ fn files_that_are_no_openexr_files_are_said_to_be_none() {
     );
     write(desk.path(), "text.exr", VIEW);
     holds(&refused(desk.path(), "infer text.exr -o ao.png"), &["text.exr", "begins"]);
+    // Its sixth byte has the bit that says "deep data" in a file of the format.
+    write(desk.path(), "words.exr", "hello\n");
+    holds(&refused(desk.path(), "infer words.exr -o ao.png"), &["words.exr", "begins"]);
 }
 
 #[test]
@@ -98,8 +101,64 @@ fn the_list_of_parameters_fits_a_terminal() {
     for method in ["gtao", "agtao", "arcs", "vbao", "hbao", "ssao", "ssdo", "nnao"] {
         assert!(list.lines().any(|line| line.starts_with(&format!("{method} "))), "{method} in {list}");
     }
-    let widest = list.lines().max_by_key(|line| line.len()).unwrap();
-    assert!(widest.len() <= 100, "{widest}");
+}
+
+#[test]
+fn help_is_at_most_100_letters_wide() {
+    let desk = desk();
+    let commands = ok(desk.path(), "--help");
+    let commands = commands.split_once("Commands:").unwrap().1.split("\n\n").next().unwrap();
+    let names: Vec<_> = commands
+        .lines()
+        .filter(|line| line.starts_with("  ") && !line.starts_with("   "))
+        .filter_map(|line| line.split_whitespace().next())
+        .filter(|name| *name != "help")
+        .collect();
+    assert!(names.len() > 15 && names.contains(&"classic"), "{names:?}");
+    for name in names {
+        let help = ok(desk.path(), &format!("{name} --help"));
+        // An example stays on one line, so that it can be copied.
+        let lines = help.lines().filter(|line| !line.trim_start().starts_with("aonet "));
+        let widest = lines.max_by_key(|line| line.chars().count()).unwrap();
+        assert!(widest.chars().count() <= 100, "{name}: {widest}");
+    }
+}
+
+#[test]
+fn names_of_outputs_are_checked_before_the_work() {
+    let desk = desk();
+    for (line, words) in [
+        ("infer absent.exr -o ao.jpg", ["ao.jpg", ".exr or .png"]),
+        ("classic gtao absent.exr -o ao", ["'ao'", ".exr or .png"]),
+        ("classic arcs absent.exr -o ao.png --shares shares.jpg", ["shares.jpg", ".exr or .png"]),
+        ("tune gtao --on absent -o gtao.txt", ["gtao.txt", ".json"]),
+        ("tune nnao --on absent -o nnao.json", ["nnao.json", ".safetensors"]),
+    ] {
+        holds(&refused(desk.path(), line), &words);
+    }
+    // The name is right, so the dataset is looked for.
+    holds(&refused(desk.path(), "tune nnao --on absent -o nnao.safetensors"), &["absent"]);
+}
+
+#[test]
+fn every_command_that_makes_pictures_takes_their_size_in_both_ways() {
+    let desk = desk();
+    let scene = "procedural:clutter_pile:5 --view view.json";
+    let size_of = |line: &str| {
+        let made = json(desk.path(), line);
+        [&made["width"], &made["height"]].map(|side| side.as_u64().unwrap())
+    };
+    assert_eq!(size_of(&format!("render {scene} -o x.exr --json --size 40x24")), [40, 24]);
+    assert_eq!(size_of(&format!("render {scene} -o x.exr --json --width 40")), [40, 32]);
+    assert_eq!(size_of(&format!("trace {scene} --spp 1 -o x.exr --json --size 40x24")), [40, 24]);
+    ok(desk.path(), "demo --size 40x24 --spp 1 -o demo");
+    assert_eq!(size_of("info demo/frame.exr --json"), [40, 24]);
+    ok(desk.path(), "dataset data --procedural hall:1 --frames 1 --spp 1 --size 40x24");
+    assert_eq!(size_of("info data --json"), [40, 24]);
+    ok(desk.path(), "flicker --size 40x24 --frames 2 --spp 1");
+    let both = refused(desk.path(), &format!("render {scene} -o x.exr --size 40x24 --width 40"));
+    holds(&both, &["--size", "--width"]);
+    holds(&refused(desk.path(), "demo --size 40"), &["--size", "WxH"]);
 }
 
 #[test]

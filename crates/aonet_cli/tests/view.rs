@@ -108,6 +108,52 @@ mod viewer {
         common::ok(dir.path(), "classic gtao deep/frame_0001.exr -o ao.png");
     }
 
+    #[test]
+    fn one_layer_has_no_pass_of_a_second() {
+        let dir = tempfile::tempdir().unwrap();
+        if !is_there(dir.path()) {
+            return;
+        }
+        let line = "view --headless --size 64x36 --method arcs:tuned --times --out flat";
+        let output = aonet(dir.path(), line).output().unwrap();
+        let stderr = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.success() && !stderr.contains("second layer"), "{stderr}");
+        assert!(
+            stderr.contains("connected arcs, tuned") || stderr.contains("does not time passes"),
+            "{stderr}"
+        );
+    }
+
+    #[test]
+    fn a_view_keeps_its_size_and_the_command_line_changes_it() {
+        let dir = tempfile::tempdir().unwrap();
+        if !is_there(dir.path()) {
+            return;
+        }
+        let view = r#"{"eye": [1, 1, 3], "target": [0, 0, 0], "width": 40, "height": 24, "radius": 0.5}"#;
+        std::fs::write(dir.path().join("view.json"), view).unwrap();
+        for (size, expected) in [("", (40, 24)), ("--width 20", (20, 24)), ("--size 16x8", (16, 8))] {
+            let line =
+                format!("view procedural:hall:1 --view view.json {size} --headless --method off --out x");
+            common::ok(dir.path(), &line);
+            assert_eq!(picture(&dir.path().join("x/frame_0000.png")).dimensions(), expected, "{size}");
+        }
+    }
+
+    #[test]
+    fn the_help_names_every_method_and_picture() {
+        let help = common::ok(Path::new("."), "view --help").replace('\n', " ");
+        let names = aonet_view::Method::ALL.map(aonet_view::Method::name);
+        let shows = aonet_view::Show::ALL.map(aonet_view::Show::name);
+        for name in names.into_iter().chain(shows) {
+            let ends = [",", ".", " "].map(|end| format!(" {name}{end}"));
+            assert!(ends.iter().any(|word| help.contains(word)), "{name} in {help}");
+        }
+        for name in names.into_iter().filter(|name| name.contains(":")) {
+            assert!(aonet::search::Classic::named(name).is_ok(), "{name}");
+        }
+    }
+
     /// A triangle in the plane z = 0 with an image that is not there.
     fn without_its_image() -> String {
         let corners = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0f32];

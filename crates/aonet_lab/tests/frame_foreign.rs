@@ -356,6 +356,43 @@ fn the_display_window_crops_and_pads() {
 }
 
 #[test]
+fn a_nan_in_the_guard_band_alone_is_refused() {
+    let (mut depth, normal) = pixels(direct().camera());
+    let load = |depth: &[f32]| {
+        let mut channels = vector(["N.X", "N.Y", "N.Z"], &normal);
+        channels.push(channel("Z", depth));
+        let mut image = Image::from_channels(SIZE, AnyChannels::sort(channels.into_iter().collect()));
+        image.attributes.display_window = IntegerBounds::new(Vec2(4, 3), (SIZE.0 - 8, SIZE.1 - 6));
+        let (width, height) = (SIZE.0 - 8, SIZE.1 - 6);
+        let view = View { width, height, ortho_height: Some(1.0), ..view() };
+        Frame::from_bytes(&bytes(&image), &FrameHints { view: Some(view), ..FrameHints::default() })
+    };
+    let window = load(&depth).unwrap().gbuffer.window();
+    assert_eq!((window.margin().x, window.margin().y), (4, 3));
+    depth[2 * SIZE.0 + 3] = f32::NAN;
+    let message = load(&depth).unwrap_err().to_string();
+    assert!(message.contains("depth at (3, 2)") && message.contains("NaN"), "{message}");
+}
+
+#[test]
+fn a_second_layer_in_front_of_the_first_is_refused() {
+    let (depth, normal) = pixels(direct().camera());
+    let with = |second: Vec<f32>| {
+        let mut channels = vector(["N.X", "N.Y", "N.Z"], &normal);
+        channels.extend([channel("Z", depth.clone()), channel("second.depth", second)]);
+        Frame::from_bytes(&file(channels), &hints())
+    };
+    let behind: Vec<f32> = depth.iter().map(|d| d + 0.5).collect();
+    assert!(with(behind.clone()).unwrap().gbuffer.second().is_some());
+    for bad in [0.1, f32::NAN, -1.0] {
+        let mut second = behind.clone();
+        second[2 * SIZE.0 + 3] = bad;
+        let message = with(second).unwrap_err().to_string();
+        assert!(message.contains("second depth at (3, 2)"), "{message}");
+    }
+}
+
+#[test]
 fn integers_and_subsampling_are_refused() {
     let (_, normal) = pixels(direct().camera());
     let mut channels = vector(["N.X", "N.Y", "N.Z"], &normal);

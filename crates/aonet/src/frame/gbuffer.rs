@@ -221,7 +221,26 @@ mod tests {
         let picture = g.without_margin();
         assert_eq!((picture.depth(), picture.size()), (&[6.0, 7.0][..], Size::px(2, 1)));
         assert_eq!(picture.camera().position_view(0, 0, 2.0), g.camera().position_view(1, 1, 2.0));
-        assert!(g.with_margin(Margin { x: 2, y: 0 }).is_err());
+        for margin in [Margin { x: 2, y: 0 }, Margin { x: 0, y: 2 }, Margin { x: usize::MAX, y: 0 }] {
+            let said = g.clone().with_margin(margin).unwrap_err().to_string();
+            assert!(said.contains("margin") && said.contains("4x3"), "{said}");
+        }
+    }
+
+    #[test]
+    fn a_bad_pixel_in_the_guard_band_is_refused_like_one_of_the_picture() {
+        let camera = Camera::perspective(1.0, Size::px(4, 3)).unwrap();
+        let frame = |depth: f32, normal: [f32; 3]| {
+            let (mut depths, mut normals) = (vec![1.0; 12], vec![[0.0, 0.0, 1.0]; 12]);
+            (depths[3], normals[3]) = (depth, normal);
+            GBuffer::new(camera, depths, normals)?.with_margin(Margin { x: 1, y: 1 })
+        };
+        let up = [0.0, 0.0, 1.0];
+        assert!(frame(1.0, up).is_ok());
+        for (depth, normal, what) in [(f32::NAN, up, "depth"), (1.0, [f32::NAN, 0.0, 1.0], "normal")] {
+            let said = frame(depth, normal).unwrap_err().to_string();
+            assert!(said.contains(&format!("{what} at (3, 0)")), "{said}");
+        }
     }
 
     #[test]

@@ -1,6 +1,6 @@
 //! The picture of a frame and the guard band around it.
 
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::frame::size::Size;
 use std::fmt;
 
@@ -49,7 +49,16 @@ impl Window {
     /// When the margin leaves no picture.
     pub fn inside(buffer: Size, margin: Margin) -> Result<Self> {
         let rest = |side: usize, margin: usize| side.saturating_sub(margin.saturating_mul(2));
-        let size = Size::new(rest(buffer.width(), margin.x), rest(buffer.height(), margin.y))?;
+        let [width, height] = [rest(buffer.width(), margin.x), rest(buffer.height(), margin.y)];
+        if width == 0 || height == 0 {
+            let expected = format!("less than half of the buffer's {buffer} pixels on each side");
+            return Err(Error::value(
+                "margin",
+                expected,
+                format!("{} columns and {} rows", margin.x, margin.y),
+            ));
+        }
+        let size = Size::new(width, height)?;
         Ok(Self { size, margin, buffer })
     }
 

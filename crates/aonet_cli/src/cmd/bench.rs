@@ -36,15 +36,10 @@ const SIZES: [Size; 5] = [
 /// --device gpu times the shipped networks and the classic methods, unless others are named, with the device's own clock, and
 /// prints an estimate for a common device.
 #[derive(Debug, Parser)]
-#[command(after_help = "Examples:
-  aonet bench --threads 1 --threads 2 --size 1920x1080
-  aonet bench --methods all
-  aonet bench --config configs/models/speed.json --ops --size 1280x720
-  aonet bench --classic all --size 1280x720
-  aonet bench --device gpu --peak-tflops 12.7 --bandwidth 360")]
+#[command(after_help = format!("{EXAMPLES}{GPU_EXAMPLE}"))]
 pub(crate) struct Args {
-    /// Network; may be repeated [default: the shipped one that serves any radius].
-    #[arg(long, value_name = "M.safetensors")]
+    /// Network: fast, balanced, high, paper, or a file; may be repeated [default: balanced].
+    #[arg(long, value_name = "MODEL")]
     model: Vec<PathBuf>,
     /// Configuration of a model or of a training run: a network with random weights; may be repeated.
     #[arg(long, value_name = "C.json")]
@@ -57,7 +52,7 @@ pub(crate) struct Args {
     methods: Option<String>,
     /// Image size; may be repeated [default: 1280x720, 1920x1080, 3840x2160; on the CPU the paper's 540x540 and 2048x1024 as
     /// well].
-    #[arg(long, value_name = "WxH", value_parser = parse_size)]
+    #[arg(long, value_name = "WxH", value_parser = setup::parse_size)]
     size: Vec<Size>,
     /// Threads; may be repeated [default: 1 and all cores].
     #[arg(long)]
@@ -83,12 +78,18 @@ pub(crate) struct Args {
     gpu: gpu::Flags,
 }
 
-/// A size (px) from `WxH`.
-pub(crate) fn parse_size(text: &str) -> Result<Size> {
-    let (width, height) =
-        text.split_once('x').ok_or_else(|| anyhow::anyhow!("expected WxH, such as 1280x720"))?;
-    Ok(Size::named("--size", width.parse()?, height.parse()?)?)
-}
+const EXAMPLES: &str = "Examples:
+  aonet bench --threads 1 --threads 2 --size 1920x1080
+  aonet bench --methods all
+  aonet bench --config configs/models/speed.json --ops --size 1280x720
+  aonet bench --classic all --size 1280x720";
+
+/// Its options are those of programs built with the feature `gpu`.
+const GPU_EXAMPLE: &str = if cfg!(feature = "gpu") {
+    "\n  aonet bench --device gpu --peak-tflops 12.7 --bandwidth 360"
+} else {
+    ""
+};
 
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<()> {

@@ -2,7 +2,7 @@
 
 use crate::device::Device;
 use crate::frame_args::{FrameArgs, Run};
-use crate::{output, setup};
+use crate::{names, output, setup};
 use anyhow::{Context, Result};
 use aonet::search::{Classic, Options, ParameterValue, Session};
 use aonet::{AoImage, AoParams, GBuffer};
@@ -30,7 +30,7 @@ pub(crate) struct Args {
     #[arg(long, value_name = "NAME=VALUE", value_parser = assignment)]
     set: Vec<(String, f32)>,
     /// Also write the shares of light that arcs finds: open, hit, hidden and off as channels of an .exr, or as colours of a .png.
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", value_parser = names::exr_or_png())]
     shares: Option<PathBuf>,
     /// Where to compute; a GPU has all methods but nnao.
     #[arg(long, value_enum, default_value_t)]

@@ -8,7 +8,7 @@ mod sheet;
 use crate::device::Device;
 use crate::names;
 use crate::output;
-use crate::setup::SurroundArgs;
+use crate::setup::{SizeArgs, SurroundArgs};
 use anyhow::Result;
 use aonet_lab::dataset::{self, Manifest, Shard};
 use clap::{Parser, Subcommand};
@@ -21,13 +21,14 @@ const FRAMES: usize = 24;
 const COLUMNS: usize = 4;
 
 /// Options that --manifest already determines.
-const NOT_WITH_FROM: [&str; 11] = [
+const NOT_WITH_FROM: [&str; 12] = [
     "preset",
     "scene",
     "environment",
     "procedural",
     "split",
     "frames",
+    "size",
     "width",
     "height",
     "spp",
@@ -100,12 +101,8 @@ pub(super) struct Make {
     /// Frames of all splits together, in the preset's proportions.
     #[arg(long)]
     frames: Option<u32>,
-    /// Image width (px).
-    #[arg(long)]
-    width: Option<usize>,
-    /// Image height (px).
-    #[arg(long)]
-    height: Option<usize>,
+    #[command(flatten)]
+    size: SizeArgs,
     /// Reference rays per pixel, of all splits unless --eval-spp says otherwise.
     #[arg(long)]
     spp: Option<u32>,

@@ -3,7 +3,7 @@
 mod onnx;
 mod program;
 
-use crate::output;
+use crate::{output, setup};
 use anyhow::Result;
 use aonet::Size;
 use clap::{ArgGroup, Parser};
@@ -41,7 +41,7 @@ pub(crate) struct Args {
     #[command(flatten)]
     program: program::ProgramArgs,
     /// Size of the frames, any; an ONNX file pads and crops by itself [default: free].
-    #[arg(long, value_name = "WxH", value_parser = super::bench::parse_size)]
+    #[arg(long, value_name = "WxH", value_parser = setup::parse_size)]
     size: Option<Size>,
     /// Print facts as JSON.
     #[arg(long)]

@@ -22,7 +22,7 @@ use std::path::{Path, PathBuf};
 #[command(after_help = "Examples:
   aonet demo && aonet gallery aonet_demo/frame.exr -o gallery.png
   aonet gallery frame.exr -o gallery.png --method gtao --method gtao:tuned --model mine.safetensors")]
-#[command(mut_arg("output", |arg| arg.help("Picture to write (.png)").value_parser(names::png())))]
+#[command(mut_arg("output", |arg| arg.help("Picture to write").value_name("FILE.png").value_parser(names::png())))]
 pub(crate) struct Args {
     #[command(flatten)]
     frame: FrameArgs,

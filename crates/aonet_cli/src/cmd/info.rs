@@ -88,13 +88,18 @@ fn model(path: &Path) -> Result<Value> {
     let shipped = shipped::ALL.into_iter().find(|(name, _)| path.as_os_str() == *name);
     let bytes =
         shipped.map_or_else(|| std::fs::metadata(path).map_or(0, |m| m.len()), |(_, b)| b.len() as u64);
-    let radius = radius_range(&model).map(|range| [*range.start(), *range.end()]);
+    let radius = radius_range(&model).map(|range| [range.start(), range.end()].map(|end| decimal(*end)));
     Ok(json!({
         "kind": "model", "config": model.config(), "parameters": graph.params_count(), "file_bytes": bytes,
         "macs_per_pixel": graph.macs_per_pixel().round(), "alignment_px": graph.alignment(),
         "sees_radius": model.config().features.sees_radius(),
         "radius_in_image_heights": radius, "training": model.facts(),
     }))
+}
+
+/// A number with the digits that its 32 bits have, not those of its 64.
+fn decimal(number: f32) -> f64 {
+    number.to_string().parse().unwrap_or(f64::from(number))
 }
 
 fn frame(path: &Path, second: Option<&Path>) -> Result<Value> {

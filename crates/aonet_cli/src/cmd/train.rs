@@ -15,7 +15,7 @@ use std::path::PathBuf;
 /// The same command continues a stopped run from its checkpoint; of a folder, it skips finished runs.
 #[derive(Debug, Parser)]
 #[command(after_help = "Examples:
-  aonet train configs/balanced.json --dataset data/any -o runs/balanced
+  aonet train configs/balanced.json --dataset data/any --dataset data/val -o runs/balanced
   aonet train configs/paper.json --dataset data/paper -o runs/paper --vgg vgg19.safetensors --device cuda
   aonet train --all configs/rows --dataset data/any -o runs --seeds 1,2")]
 pub(crate) struct Args {
@@ -31,7 +31,7 @@ pub(crate) struct Args {
     /// With --all: only these configurations (file names without .json).
     #[arg(long, value_name = "NAME", value_delimiter = ',', requires = "all")]
     pub(crate) only: Vec<String>,
-    /// Dataset folder or manifest. May be repeated.
+    /// Dataset folder or manifest. May be repeated: together they need training and validation frames (aonet dataset --split val).
     #[arg(long, required = true, value_name = "MANIFEST")]
     pub(crate) dataset: Vec<PathBuf>,
     /// Run directory; made if missing, resumed if it holds a checkpoint. With --all: the folder of the run directories

@@ -33,8 +33,8 @@ pub(crate) struct Args {
     /// Dataset folder or manifest.
     #[arg(long, value_name = "MANIFEST")]
     on: PathBuf,
-    /// Preset to write.
-    #[arg(short, long, value_name = "FILE.json", value_parser = names::ending("json"))]
+    /// Preset to write (.json); of nnao, weights (.safetensors).
+    #[arg(short, long, value_name = "FILE")]
     output: PathBuf,
     /// A parameter to start from; may be repeated.
     #[arg(long, value_name = "NAME=VALUE", value_parser = super::classic::assignment)]
@@ -61,6 +61,9 @@ pub(crate) struct Args {
 
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<()> {
+    let extension = if args.method == "nnao" { "safetensors" } else { "json" };
+    names::checked(args.output.clone(), extension)
+        .map_err(|expected| anyhow::anyhow!("--output {}: {expected}", args.output.display()))?;
     let manifest = Manifest::load(&args.on)?;
     if args.method == "nnao" {
         return train_nnao(args, &manifest);

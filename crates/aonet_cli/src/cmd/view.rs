@@ -6,10 +6,10 @@ mod headless;
 mod stage;
 
 #[cfg(feature = "viewer")]
-use crate::setup::SurroundArgs;
-use anyhow::Result;
+use crate::output;
 #[cfg(feature = "viewer")]
-use aonet::Size;
+use crate::setup::{SizeArgs, SurroundArgs};
+use anyhow::Result;
 #[cfg(feature = "viewer")]
 use aonet_scene::scene::source::SceneSource;
 use clap::Parser;
@@ -21,13 +21,7 @@ use std::path::PathBuf;
 /// Without a scene, the scene is procedural. Without --view, the program places a camera. In the window: drag to turn, shift and
 /// drag to move, scroll to come nearer, W A S D Q E to walk, drop a .glb or .gltf to load it.
 #[derive(Debug, Parser)]
-#[command(after_help = "Methods: off, ssao, hbao, gtao, vbao, agtao, arcs, network, paper, reference.
-Examples:
-  aonet view
-  aonet view robot.glb --method network --against reference
-  aonet view --headless --frames 1 --size 640x360 --method network --against off --out pictures
-  aonet view robot.glb --headless --margin 0.15 --layers 2 --exr --times --out deep
-  aonet view hall.glb --headless --camera-path way.json --frames 120 --out film")]
+#[command(after_help = help())]
 #[cfg(feature = "viewer")]
 pub(crate) struct Args {
     /// A .glb or .gltf file, or procedural:KIND:SEED.
@@ -47,7 +41,8 @@ pub(crate) struct Args {
     /// Place of the slider, in picture widths.
     #[arg(long, default_value_t = 0.5)]
     split: f32,
-    /// Picture to draw: shaded, ao, normals, error (method minus reference), or second (normals of the second layer).
+    /// Picture to draw: shaded, ao, normals, error (method minus reference), second (normals of the second layer), or shares
+    /// (of light, as arcs finds them: open, hit, hidden, off the frame).
     #[arg(long, default_value = "shaded")]
     show: String,
     /// AO radius instead of the view's (world units).
@@ -55,9 +50,8 @@ pub(crate) struct Args {
     radius: Option<f32>,
     #[command(flatten)]
     surround: SurroundArgs,
-    /// Width and height (px).
-    #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = super::bench::parse_size)]
-    size: Size,
+    #[command(flatten)]
+    size: SizeArgs,
     /// Camera path (JSON) with keys of seconds, eye and target, as the window records it.
     #[arg(long, value_name = "P.json")]
     camera_path: Option<PathBuf>,
@@ -80,6 +74,22 @@ pub(crate) struct Args {
     #[arg(long, requires = "headless")]
     times: bool,
 }
+
+/// The methods, and examples.
+#[cfg(feature = "viewer")]
+fn help() -> String {
+    let names = aonet_view::Method::ALL.map(aonet_view::Method::name).join(", ");
+    let methods = output::wrapped(&format!("Methods: {names}."), 100).join("\n");
+    format!("{methods}\n\n{EXAMPLES}")
+}
+
+#[cfg(feature = "viewer")]
+const EXAMPLES: &str = "Examples:
+  aonet view
+  aonet view robot.glb --method agtao:tuned --against reference
+  aonet view --headless --frames 1 --size 640x360 --method balanced --against off --out pictures
+  aonet view robot.glb --headless --margin 0.15 --layers 2 --exr --times --out deep
+  aonet view hall.glb --headless --camera-path way.json --frames 120 --out film";
 
 /// Show a scene with ambient occlusion in a window: in programs built with `--features viewer`.
 #[derive(Debug, Parser)]

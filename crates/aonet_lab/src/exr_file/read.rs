@@ -59,12 +59,12 @@ impl<'a> ExrFile<'a> {
     /// # Errors
     /// When the bytes are no OpenEXR file, or claim more pixels than their length can hold.
     pub(crate) fn open(bytes: &'a [u8]) -> Result<Self> {
-        if bytes.get(5).is_some_and(|flags| flags & DEEP != 0) {
-            return Err(format_error("flat images", "deep data"));
-        }
         if !bytes.starts_with(&MAGIC) {
             let found = if bytes.is_empty() { "an empty file" } else { "a file that begins otherwise" };
             return Err(format_error("an OpenEXR file, which begins with 76 2f 31 01", found));
+        }
+        if bytes.get(5).is_some_and(|flags| flags & DEEP != 0) {
+            return Err(format_error("flat images", "deep data"));
         }
         let reader = guarded(|| exr::block::read(Cursor::new(bytes), false))
             .map_err(|found| format_error("headers of flat images without subsampled channels", found))?;

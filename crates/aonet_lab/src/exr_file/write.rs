@@ -25,14 +25,17 @@ pub(crate) fn encode(
     text: Option<(&str, String)>,
     number: Option<(&str, f32)>,
 ) -> Result<Vec<u8>> {
+    let has_camera = text.is_some();
     let list = planes.into_iter().map(|plane| AnyChannel::new(plane.name, plane.samples)).collect();
     let mut attributes = LayerAttributes { software_name: Some(Text::from("aonet")), ..Default::default() };
     if let Some((name, text)) = text {
         let latin = Text::new_or_none(&text).ok_or_else(|| format_error("an attribute in Latin-1", text))?;
         attributes.other.insert(Text::from(name), AttributeValue::Text(latin));
     }
-    // Smallest of the lossless codecs on frames, and nearly the fastest to decode.
-    let encoding = Encoding { compression: Compression::ZIP16, ..Encoding::SMALL_LOSSLESS };
+    // ZIP is the smallest of the lossless codecs on frames, and nearly the fastest to decode. Images without a camera are
+    // AO or shares in 32 bits, of which it saves 8 %, in more time than the network takes.
+    let compression = if has_camera { Compression::ZIP16 } else { Compression::Uncompressed };
+    let encoding = Encoding { compression, ..Encoding::SMALL_LOSSLESS };
     let (size, margin, buffer) = (window.size(), window.margin(), window.buffer_size());
     attributes.layer_position = Vec2(-(margin.x as i32), -(margin.y as i32));
     let layer = Layer::new((buffer.width(), buffer.height()), attributes, encoding, AnyChannels::sort(list));

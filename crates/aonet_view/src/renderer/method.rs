@@ -10,18 +10,30 @@ use std::str::FromStr;
 pub enum Method {
     /// No ambient occlusion: visibility 1.
     Off,
-    /// Screen-space ambient occlusion. All classic methods here use their defaults.
+    /// Screen-space ambient occlusion, with the defaults of its source.
     Ssao,
+    /// The same, with parameters that were found on training frames; so for the other classic methods.
+    SsaoTuned,
     /// Horizon-based.
     Hbao,
+    /// Horizon-based, tuned.
+    HbaoTuned,
     /// Ground-truth.
     Gtao,
+    /// Ground-truth, tuned.
+    GtaoTuned,
     /// With a visibility bitmask.
     Vbao,
+    /// With a visibility bitmask, tuned.
+    VbaoTuned,
     /// Attenuated GTAO as the network sees it.
     Agtao,
+    /// Attenuated GTAO, tuned: the strongest classic method of one layer.
+    AgtaoTuned,
     /// Connected arcs, which read the second layer where a frame has one.
     Arcs,
+    /// Connected arcs, tuned.
+    ArcsTuned,
     /// The shipped network `fast`, which corrects a horizon search of few taps. All networks but the paper's serve any radius.
     Fast,
     /// The shipped network `balanced`, which corrects a horizon search.
@@ -37,14 +49,20 @@ pub enum Method {
 
 impl Method {
     /// All methods.
-    pub const ALL: [Self; 12] = [
+    pub const ALL: [Self; 18] = [
         Self::Off,
         Self::Ssao,
+        Self::SsaoTuned,
         Self::Hbao,
+        Self::HbaoTuned,
         Self::Gtao,
+        Self::GtaoTuned,
         Self::Vbao,
+        Self::VbaoTuned,
         Self::Agtao,
+        Self::AgtaoTuned,
         Self::Arcs,
+        Self::ArcsTuned,
         Self::Fast,
         Self::Balanced,
         Self::High,
@@ -57,11 +75,17 @@ impl Method {
         match self {
             Self::Off => "off",
             Self::Ssao => "ssao",
+            Self::SsaoTuned => "ssao:tuned",
             Self::Hbao => "hbao",
+            Self::HbaoTuned => "hbao:tuned",
             Self::Gtao => "gtao",
+            Self::GtaoTuned => "gtao:tuned",
             Self::Vbao => "vbao",
+            Self::VbaoTuned => "vbao:tuned",
             Self::Agtao => "agtao",
+            Self::AgtaoTuned => "agtao:tuned",
             Self::Arcs => "arcs",
+            Self::ArcsTuned => "arcs:tuned",
             Self::Fast => "fast",
             Self::Balanced => "balanced",
             Self::High => "high",
@@ -73,7 +97,7 @@ impl Method {
     /// Layers of depth that it reads of frames with these layers.
     pub(super) fn layers(self, of_frame: Layers) -> Layers {
         match self {
-            Self::Arcs | Self::High => of_frame,
+            Self::Arcs | Self::ArcsTuned | Self::High => of_frame,
             _ => Layers::One,
         }
     }
@@ -83,11 +107,17 @@ impl Method {
         match self {
             Self::Off => "no AO",
             Self::Ssao => "SSAO",
+            Self::SsaoTuned => "SSAO, tuned",
             Self::Hbao => "HBAO",
+            Self::HbaoTuned => "HBAO, tuned",
             Self::Gtao => "GTAO",
+            Self::GtaoTuned => "GTAO, tuned",
             Self::Vbao => "VBAO",
+            Self::VbaoTuned => "VBAO, tuned",
             Self::Agtao => "attenuated GTAO",
+            Self::AgtaoTuned => "attenuated GTAO, tuned",
             Self::Arcs => "connected arcs",
+            Self::ArcsTuned => "connected arcs, tuned",
             Self::Fast => "network, fast",
             Self::Balanced => "network",
             Self::High => "network, high quality",

@@ -196,7 +196,18 @@ impl Running {
             Method::Balanced => network(shipped::BALANCED)?,
             Method::High => network(shipped::HIGH)?,
             Method::Paper => network(shipped::PAPER)?,
-            Method::Ssao | Method::Hbao | Method::Gtao | Method::Vbao | Method::Agtao | Method::Arcs => {
+            Method::Ssao
+            | Method::SsaoTuned
+            | Method::Hbao
+            | Method::HbaoTuned
+            | Method::Gtao
+            | Method::GtaoTuned
+            | Method::Vbao
+            | Method::VbaoTuned
+            | Method::Agtao
+            | Method::AgtaoTuned
+            | Method::Arcs
+            | Method::ArcsTuned => {
                 let classic = Classic::named(method.name())?;
                 Runner::Classic(ClassicSession::new(pair, &classic, size, options)?)
             }

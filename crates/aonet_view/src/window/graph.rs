@@ -16,15 +16,21 @@ const OTHERS: [(&str, Color32); 5] = [
     ("controls", Color32::from_rgb(205, 205, 205)),
 ];
 
-/// Colours of the methods in their order.
+/// Colours of the methods in their order; a tuned one is lighter.
 const METHODS: [Color32; Method::ALL.len()] = [
     Color32::from_rgb(90, 90, 90),
     Color32::from_rgb(120, 180, 96),
+    Color32::from_rgb(170, 216, 150),
     Color32::from_rgb(84, 168, 158),
+    Color32::from_rgb(142, 208, 200),
     Color32::from_rgb(200, 96, 104),
+    Color32::from_rgb(232, 152, 158),
     Color32::from_rgb(190, 120, 80),
+    Color32::from_rgb(224, 168, 134),
     Color32::from_rgb(168, 132, 60),
+    Color32::from_rgb(210, 178, 112),
     Color32::from_rgb(132, 176, 60),
+    Color32::from_rgb(178, 216, 112),
     Color32::from_rgb(236, 196, 72),
     Color32::from_rgb(240, 160, 64),
     Color32::from_rgb(110, 130, 210),

@@ -83,8 +83,7 @@ fn plan(make: &Make) -> Result<DatasetPlan> {
     }
     let mut recipe = DatasetParams::preset(preset);
     recipe.seed = make.seed;
-    recipe.width = make.width.unwrap_or(recipe.width);
-    recipe.height = make.height.unwrap_or(recipe.height);
+    [recipe.width, recipe.height] = make.size.or([recipe.width, recipe.height]);
     recipe.spp = make.spp.unwrap_or(recipe.spp);
     recipe.eval_spp = make.eval_spp.or(make.spp).unwrap_or(recipe.eval_spp);
     recipe.radius = make.scene_radius.map_or(recipe.radius, RadiusRule::SceneFraction);

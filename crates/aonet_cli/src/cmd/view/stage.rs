@@ -32,8 +32,7 @@ impl Stage {
             scene: args.scene.clone(),
             view: args.view.clone(),
             environment: args.environment,
-            width: Some(args.size.width()),
-            height: Some(args.size.height()),
+            size: args.size,
             seed: 0,
         }
         .load()?;

@@ -110,8 +110,9 @@ pub(super) fn sofa(width: f32, rng: &mut Rng) -> Mesh {
     let (back_h, soft) = (rng.range(0.35, 0.5), rng.range(0.02, 0.05));
     let mut mesh = Mesh::default();
     at_corners(&mut mesh, &leg(foot + 0.01, 0.06, rng), vec2(0.5 * width - 0.08, 0.5 * depth - 0.08), 0.0);
-    let base = block(vec3(width, seat - foot - 0.12, depth), 0.02);
-    mesh.add(&base, Pose::at(0.0, foot, 0.0));
+    // Behind the faces of the arms: surfaces in one plane flicker where they are rasterised.
+    let base = block(vec3(width - 0.008, seat - foot - 0.12, depth - 0.008), 0.02);
+    mesh.add(&base, Pose::at(0.0, foot + 0.004, 0.0));
     for side in [-1.0, 1.0] {
         let rest = block(vec3(arm, seat + 0.2 - foot, depth), soft);
         mesh.add(&rest, Pose::at(side * 0.5 * (width - arm), foot, 0.0));
@@ -321,4 +322,44 @@ pub(super) fn shelf(mesh: &mut Mesh, at: Pose, rng: &mut Rng) {
     }
     let row = books((wide * rng.range(0.4, 0.9), 0.28, 0.2), rng);
     mesh.add(&row, at.shift(-0.45 * wide, 0.025, 0.2));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Pairs of flat triangles that face the same way in one plane, one with its middle in the other.
+    fn doubles(mesh: &Mesh) -> usize {
+        let corners = |t: &[u32; 3]| t.map(|i| mesh.position[i as usize]);
+        let flat = |t: &&[u32; 3]| {
+            let [a, b, c] = t.map(|i| mesh.normal[i as usize]);
+            a == b && b == c
+        };
+        let flat: Vec<_> =
+            mesh.triangle.iter().filter(flat).map(|t| (corners(t), mesh.normal[t[0] as usize])).collect();
+        let doubled = |(a, n): &([Vec3; 3], Vec3), (b, m): &([Vec3; 3], Vec3)| {
+            let middle = (a[0] + a[1] + a[2]) / 3.0;
+            let inside = (0..3).all(|i| {
+                let (from, to) = (b[i], b[(i + 1) % 3]);
+                m.dot((to - from).cross(middle - from)) > 1e-6
+            });
+            n.dot(*m) > 0.9999 && n.dot(middle - b[0]).abs() < 1e-4 && inside
+        };
+        let of = |i: usize| (0..flat.len()).filter(|&k| k != i && doubled(&flat[i], &flat[k])).count();
+        (0..flat.len()).map(of).sum()
+    }
+
+    #[test]
+    fn no_two_faces_of_a_seat_or_a_table_share_a_plane() {
+        for seed in 0..16 {
+            let mut rng = Rng::new(seed);
+            assert_eq!(doubles(&sofa(rng.range(0.8, 2.4), &mut rng)), 0, "sofa {seed}");
+            assert_eq!(doubles(&table(vec3(1.2, 0.7, 0.6), &mut rng)), 0, "table {seed}");
+            assert_eq!(doubles(&bed(&mut rng)), 0, "bed {seed}");
+        }
+        // The search finds a block in a larger one.
+        let mut twice = block(vec3(1.0, 1.0, 1.0), 0.1);
+        twice.add(&block(vec3(0.5, 0.5, 1.0), 0.1), Pose::at(0.0, 0.2, 0.0));
+        assert!(doubles(&twice) > 0);
+    }
 }
