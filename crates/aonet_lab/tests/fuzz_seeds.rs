@@ -114,6 +114,7 @@ fn write_fuzz_seeds() {
         kernel: KernelWeights::Off,
         output: Output::Visibility,
         search: None,
+        survey: None,
         encoder: vec![1, 1],
         decoder: vec![1],
         skips: Skips::Concat,

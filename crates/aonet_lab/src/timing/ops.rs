@@ -7,6 +7,7 @@ use aonet::internals::kernel::TAPS;
 use aonet::internals::plan::{Buffer, BufferId, ConvStep, HeadStep, Plan, Resample, Source, Step};
 use aonet::net::cpu::Options;
 use aonet::net::{KernelWeights, Model, SearchConfig};
+use aonet::search::{ArcsParams, Classic};
 use aonet_scene::Result;
 use serde::Serialize;
 
@@ -65,6 +66,7 @@ pub(super) fn cost(model: &Model, plan: &Plan, step: &Step) -> OpCost {
         Step::Search { search, output, .. } => counted.search(search, *output),
         Step::Filter { input, output, .. } => counted.filter(*input, *output),
         Step::Features { search, output, patch } => counted.features(*search, *output, *patch),
+        Step::Survey { arcs, output, .. } => counted.survey(arcs, *output),
         Step::Conv(conv) => counted.conv(conv),
         Step::Head(head) => counted.head(head),
         Step::Image { input } => counted.image(*input),
@@ -119,6 +121,20 @@ impl Counted<'_> {
             kind: format!("features, patches of {patch}"),
             inputs: self.model.config().features.channels().len(),
             bytes: (self.gbuffer_bytes() + found + self.bytes(output)) as f64,
+            ..self.writes(output)
+        }
+    }
+
+    fn survey(&self, arcs: &ArcsParams, output: BufferId) -> OpCost {
+        let method = Classic::Arcs(*arcs);
+        let flop = search_cost(&method).map_or(0.0, |cost| cost.search);
+        let cells = self.plan.buffers[output].size().pixels();
+        OpCost {
+            name: "survey".to_owned(),
+            kind: format!("{}, {} taps", method.name(), method.taps()),
+            inputs: GBUFFER_CHANNELS,
+            flop: flop * cells as f64,
+            bytes: (self.gbuffer_bytes() + self.bytes(output)) as f64,
             ..self.writes(output)
         }
     }

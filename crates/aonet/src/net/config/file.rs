@@ -2,7 +2,7 @@
 
 use super::{Arch, Channel, Features, KernelWeights, ModelConfig, Output, SearchConfig, Skips};
 use crate::error::{Error, Result};
-use crate::search::AgtaoParams;
+use crate::search::{AgtaoParams, ArcsParams};
 use serde::Deserialize;
 
 /// The search of every network whose file names its features by one name: such files do not hold the parameters.
@@ -29,6 +29,7 @@ pub(super) struct ConfigFile {
     kernel: KernelOfFile,
     output: Option<Output>,
     search: Option<SearchConfig>,
+    survey: Option<ArcsParams>,
     encoder: Vec<usize>,
     decoder: Vec<usize>,
     #[serde(default)]
@@ -74,6 +75,7 @@ impl TryFrom<ConfigFile> for ModelConfig {
             kernel,
             output: file.output.unwrap_or(output_of_kernel),
             search: file.search.or(search_of_old),
+            survey: file.survey,
             encoder: file.encoder,
             decoder: file.decoder,
             skips: file.skips,

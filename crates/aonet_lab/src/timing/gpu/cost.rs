@@ -104,6 +104,9 @@ fn of_step(model: &Model, plan: &Plan, step: &Step, precision: Precision) -> Opt
             let found = search.map_or(0.0, |found| plan.buffers[found].channels as f64 * VISIBILITY);
             cost("features", FEATURES * pixels, (NORMAL + DEPTH + found) * pixels + bytes(*output))
         }
+        Step::Survey { output, .. } => {
+            cost("survey", counted.flop, (NORMAL + DEPTH) * pixels + bytes(*output))
+        }
         // Activations and weights; these are counted as f32.
         Step::Conv(ConvStep { name, .. }) => cost(name, counted.flop, counted.bytes * real / 4.0),
         Step::Head(HeadStep { name, input, guide, kernel, planes, .. }) => {
