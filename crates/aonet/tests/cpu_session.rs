@@ -8,7 +8,7 @@ use aonet::net::{Features, KernelWeights, Model, ModelConfig, Output, Ranges, Sk
 use aonet::simd::Level;
 use aonet::{AoImage, GBuffer, Size};
 use common::{
-    assert_close, behind_bars, camera, frame, model, oracle, params, seeing, small, spread, waves,
+    assert_close, behind_bars, camera, frame, model, oracle, params, seeing, small, spread, surveying, waves,
     weighing_shares,
 };
 
@@ -93,9 +93,10 @@ fn corrections() {
 }
 
 #[test]
-fn weights_of_shares() {
-    for patch in [1, 2, 4, 8] {
-        let model = model(weighing_shares(patch), 1);
+fn weights_of_shares_and_surveys() {
+    for (patch, config) in [1, 2, 4, 8].into_iter().flat_map(|p| [(p, weighing_shares(p)), (p, surveying(p))])
+    {
+        let model = model(config, 1);
         let noise = frame(Size::px(45, 20), 2);
         let bars = behind_bars(&waves(Size::px(70, 33)));
         let one_layer = bars.clone().without_second();

@@ -20,6 +20,7 @@ fn reads(step: &Step) -> Vec<usize> {
         Step::Search { surfels, .. } => surfels.iter().flatten().copied().collect(),
         Step::Filter { input, .. } => vec![*input],
         Step::Features { search, .. } => search.iter().copied().collect(),
+        Step::Survey { surfels, .. } => surfels.to_vec(),
         Step::Conv(ConvStep { sources, .. }) => sources.iter().map(|s| s.buffer).collect(),
         Step::Head(HeadStep { input, guide, base, .. }) => {
             [*input, *guide].into_iter().chain(*base).collect()
@@ -35,6 +36,7 @@ fn writes(step: &Step) -> Vec<usize> {
         Step::Search { output, .. }
         | Step::Filter { output, .. }
         | Step::Features { output, .. }
+        | Step::Survey { output, .. }
         | Step::Conv(ConvStep { output, .. }) => vec![*output],
         Step::Head(_) | Step::Image { .. } => vec![],
     }
@@ -130,6 +132,7 @@ fn the_papers_network_is_features_fourteen_convolutions_and_a_head() {
             | Step::Search { .. }
             | Step::Filter { .. }
             | Step::Features { .. }
+            | Step::Survey { .. }
             | Step::Head(_)
             | Step::Image { .. } => None,
         })

@@ -27,8 +27,7 @@ pub(crate) fn network_inputs(model: &Model, gbuffer: &GBuffer, params: AoParams)
 
 fn survey(model: &Model, arcs: &ArcsParams, gbuffer: &GBuffer, params: AoParams) -> aonet::Result<Planes> {
     let (patch, step) = (model.config().patch, model.graph().alignment());
-    let [width, height] =
-        [gbuffer.width(), gbuffer.height()].map(|side| side.next_multiple_of(step) / patch);
+    let [width, height] = [gbuffer.width(), gbuffer.height()].map(|side| side.next_multiple_of(step) / patch);
     let found = survey_planes(arcs, gbuffer, params, [0, 0], (Size::new(width, height)?, patch))?;
     Ok(Planes::from_rows((SURVEYED, height, width), &found))
 }

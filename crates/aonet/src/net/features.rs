@@ -3,8 +3,8 @@
 use crate::error::Result;
 use crate::frame::ao_image::AoParams;
 use crate::frame::gbuffer::GBuffer;
-use crate::net::config::{Channel, Features, SearchConfig};
 use crate::frame::size::Size;
+use crate::net::config::{Channel, Features, SearchConfig};
 use crate::search::survey::{Cells, SURVEYED, survey_band};
 use crate::search::{self, ArcsParams, Filter, Screen};
 use crate::simd::{Isa, Level};

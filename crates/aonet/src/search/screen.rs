@@ -100,12 +100,19 @@ impl<'a> Screen<'a> {
     pub(crate) fn pixels_in<S: Simd>(&self, simd: S, columns: [usize; MAX_LANES], y: usize) -> Pixels<S> {
         let (depths, normals) = (self.row(self.gbuffer.depth(), y), self.row(self.gbuffer.normal(), y));
         let found = F::load(simd, &columns.map(|x| depths[x]));
-        self.seen_pixels((F::load(simd, &columns.map(|x| x as f32)), y), (found, &columns.map(|x| normals[x])))
+        self.seen_pixels(
+            (F::load(simd, &columns.map(|x| x as f32)), y),
+            (found, &columns.map(|x| normals[x])),
+        )
     }
 
     /// Pixels of row `y` with what is found there.
     #[inline(always)]
-    fn seen_pixels<S: Simd>(&self, (px, y): (F<S>, usize), (found, normals): (F<S>, &[[f32; 3]])) -> Pixels<S> {
+    fn seen_pixels<S: Simd>(
+        &self,
+        (px, y): (F<S>, usize),
+        (found, normals): (F<S>, &[[f32; 3]]),
+    ) -> Pixels<S> {
         let simd = px.simd();
         // Any finite depth will do where there is none.
         let depth = found.lt(BACKGROUND).select(found, 1.0);

@@ -119,9 +119,11 @@ impl Sample {
         let gbuffer = seen_of(frame.gbuffer, config, entry);
         let model = &config.model;
         let all = sampled(model.features.clone(), model.search);
-        let mut sample = Self::new((&gbuffer, params), &ao, all, model.search).map_err(Error::in_file(&path))?;
+        let mut sample =
+            Self::new((&gbuffer, params), &ao, all, model.search).map_err(Error::in_file(&path))?;
         if let Some(arcs) = model.survey {
-            sample.survey = Some(Survey::new(&arcs, (&gbuffer, params), model.patch).map_err(Error::in_file(&path))?);
+            sample.survey =
+                Some(Survey::new(&arcs, (&gbuffer, params), model.patch).map_err(Error::in_file(&path))?);
         }
         Ok(sample)
     }
@@ -381,6 +383,32 @@ mod tests {
         for (i, (n, e)) in plain.features.iter().zip(&encoded.features).enumerate() {
             let expected = 0.5 * (n + 1.0) * plain.foreground[i % 256];
             assert!((e - expected).abs() < 1e-3, "{i}: {n} {e}");
+        }
+    }
+
+    /// A wall that blocks the right half of the picture's light: cells of a crop, also of a turned one, are those beside its pixels.
+    #[test]
+    fn cells_lie_where_their_pixels_do() {
+        let camera = Camera::new(Projection::Perspective { fov_y: 1.0 }, Size::px(64, 64)).unwrap();
+        let depth = |i: usize| if i % 64 < 32 { 4.0 } else { 3.0 + (i / 64) as f32 * 0.01 };
+        let gbuffer =
+            GBuffer::new(camera, (0..4096).map(depth).collect::<Vec<_>>(), vec![[0.0, 0.0, 1.0]; 4096])
+                .unwrap();
+        let params = AoParams::new(2.0).unwrap();
+        let arcs = ArcsParams { denoise_passes: 0, ..ArcsParams::default() };
+        let whole = survey_planes(&arcs, &gbuffer, params, [0, 0], (Size::px(16, 16), 4)).unwrap();
+        let survey = Survey::new(&arcs, (&gbuffer, params), 4).unwrap();
+        let square = Square { x: 16, y: 8, side: 32 };
+        let of = |mirror, quarter_turns| survey.crop(square, Symmetry { mirror, quarter_turns }).values;
+        let (plain, mirrored, turned) = (of(false, 0), of(true, 0), of(false, 1));
+        assert!(plain.iter().any(|value| *value > 0.2), "something is hidden or hit");
+        for (i, value) in plain.iter().enumerate() {
+            let (c, y, x) = (i / 64, i / 8 % 8, i % 8);
+            let expected = whole[((y + 2) * SURVEYED + c) * 16 + x + 4];
+            assert!((value - expected).abs() <= 0.5 / 255.0 + 1e-6, "{c} {y} {x}: {value}, not {expected}");
+            assert_eq!(mirrored[(c * 8 + y) * 8 + 7 - x], *value);
+            // The top right corner comes to the top left.
+            assert_eq!(turned[(c * 8 + 7 - x) * 8 + y], *value);
         }
     }
 

@@ -59,7 +59,7 @@ mod tests {
     use super::*;
     use crate::net::config::{Axis, Channel, Features, KernelWeights, Output, SearchConfig};
     use crate::net::graph::Node;
-    use crate::search::AgtaoParams;
+    use crate::search::{AgtaoParams, ArcsParams};
 
     #[test]
     fn the_papers_network_has_the_sizes_worked_out_by_hand() {
@@ -138,11 +138,34 @@ mod tests {
         assert!(error(ModelConfig { features: shown, ..paper() }).contains("search"));
         let bad = SearchConfig::Agtao(AgtaoParams { power: f32::NAN, ..AgtaoParams::default() });
         assert!(error(ModelConfig { search: Some(bad), ..ModelConfig::balanced() }).contains("power"));
+        let survey = |survey| ModelConfig { survey: Some(survey), ..ModelConfig::balanced() };
+        assert!(
+            error(survey(ArcsParams { denoise_passes: 1, ..ArcsParams::default() }))
+                .contains("denoise_passes 0")
+        );
+        let bad = ArcsParams { denoise_passes: 0, hit: f32::NAN, ..ArcsParams::default() };
+        assert!(error(survey(bad)).contains("hit"));
+        let of_baseline = ModelConfig {
+            survey: Some(ArcsParams { denoise_passes: 0, ..ArcsParams::default() }),
+            ..ModelConfig::deep_ao()
+        };
+        assert!(Graph::new(&of_baseline).is_err());
         for channels in [vec![], vec![Channel::Depth], vec![Channel::Normal(Axis::X)]] {
             assert!(error(ModelConfig { features: Features::new(channels), ..paper() }).contains("features"));
         }
         let twice = Features::normal_depth().with(Channel::Depth);
         assert!(error(ModelConfig { features: twice, ..paper() }).contains("once"));
+    }
+
+    #[test]
+    fn the_first_convolution_sees_the_survey_beside_the_features() {
+        let survey = Some(ArcsParams { denoise_passes: 0, ..ArcsParams::default() });
+        for patch in [1, 4] {
+            let graph = Graph::new(&ModelConfig { patch, survey, ..ModelConfig::balanced() }).unwrap();
+            let surveys = graph.nodes().iter().filter(|node| matches!(node.op, Op::Survey { .. }));
+            assert!(surveys.map(|node| (node.channels, node.stride)).eq([(6, patch)]));
+            assert_eq!(graph.params()[0].shape, [32, 5 * patch * patch + 6, 3, 3]);
+        }
     }
 
     #[test]

@@ -104,23 +104,18 @@ impl From<Planes> for Inputs {
 /// # Errors
 /// When the frame's size is out of range.
 pub fn run(model: &Model, gbuffer: &GBuffer, params: AoParams) -> Result<AoImage> {
-    run_with_search(model, gbuffer, params, search(model, gbuffer, params).as_ref())
+    run_on(model, gbuffer, &inputs(model, gbuffer, params))
 }
 
-/// The same with what the search found; none for a network without a search.
+/// The same with what the network reads of the frame, padded to the graph's alignment.
 ///
 /// # Errors
 /// When the frame's size is out of range.
 ///
 /// # Panics
-/// When the network has a search and `search` is none, or of another size than the frame.
-pub fn run_with_search(
-    model: &Model,
-    gbuffer: &GBuffer,
-    params: AoParams,
-    search: Option<&Planes>,
-) -> Result<AoImage> {
-    let output = evaluate(model, &inputs_with_search(model, gbuffer, params, search));
+/// When the inputs are not those of the network, or of another size than the frame.
+pub fn run_on(model: &Model, gbuffer: &GBuffer, inputs: &Inputs) -> Result<AoImage> {
+    let output = evaluate(model, inputs);
     let width = gbuffer.width();
     let visibility = (0..width * gbuffer.height()).map(|i| match gbuffer.is_foreground(i) {
         true => output.at(0, (i / width) as isize, (i % width) as isize),
@@ -137,19 +132,16 @@ pub fn search(model: &Model, gbuffer: &GBuffer, params: AoParams) -> Option<Plan
 
 /// What the network reads of a frame, padded to the graph's alignment by repeating the edge.
 pub fn inputs(model: &Model, gbuffer: &GBuffer, params: AoParams) -> Inputs {
-    inputs_with_search(model, gbuffer, params, search(model, gbuffer, params).as_ref())
-}
-
-fn inputs_with_search(model: &Model, gbuffer: &GBuffer, params: AoParams, search: Option<&Planes>) -> Inputs {
     let (config, step) = (model.config(), model.graph().alignment());
-    let features = features::features(&config.features, gbuffer, params, search);
+    let search = search(model, gbuffer, params);
+    let features = features::features(&config.features, gbuffer, params, search.as_ref());
     let survey = |arcs: &ArcsParams| {
         let cells =
             [gbuffer.width(), gbuffer.height()].map(|side| side.next_multiple_of(step) / config.patch);
         arcs::survey(arcs, gbuffer, params, (cells, config.patch))
     };
     let survey = config.survey.as_ref().map(survey);
-    Inputs { features, search: search.cloned(), survey }.padded(step)
+    Inputs { features, search, survey }.padded(step)
 }
 
 /// The network's raw output, 1xHxW, for inputs whose size is a multiple of the graph's alignment.
