@@ -75,13 +75,13 @@ fn every_row_of_tables_3_and_4() {
 #[test]
 fn corrections() {
     for patch in [1, 2, 4, 8] {
-        check(ModelConfig { patch, ..ModelConfig::balanced() }, Size::px(70, 33));
+        check(ModelConfig { patch, ..ModelConfig::correcting() }, Size::px(70, 33));
     }
     check(
-        ModelConfig { encoder: vec![16, 32], decoder: vec![16], ..ModelConfig::balanced() },
+        ModelConfig { encoder: vec![16, 32], decoder: vec![16], ..ModelConfig::correcting() },
         Size::px(1, 1),
     );
-    let small = ModelConfig { encoder: vec![16, 32], decoder: vec![16], ..ModelConfig::balanced() };
+    let small = ModelConfig { encoder: vec![16, 32], decoder: vec![16], ..ModelConfig::correcting() };
     for patch in [1, 4] {
         for kernel in [KernelWeights::Linear, KernelWeights::Softmax] {
             check(ModelConfig { patch, kernel, ..small.clone() }, Size::px(45, 20));
@@ -268,7 +268,7 @@ fn a_precision_without_instructions_or_ranges_is_an_error() {
 
 #[test]
 fn the_number_of_threads_does_not_matter() {
-    let model = model(ModelConfig::balanced(), 5);
+    let model = model(ModelConfig::correcting(), 5);
     let gbuffer = frame(Size::px(700, 500), 6);
     for level in Level::available() {
         let one = run(&model, &gbuffer, (1, level));

@@ -59,7 +59,7 @@ fn frames() -> Vec<GBuffer<'static>> {
 /// A network that corrects a search by nothing: its image is what the search found.
 fn searching(search: SearchConfig) -> Model {
     let search = Some(search);
-    let config = ModelConfig { search, encoder: vec![1], decoder: vec![], ..ModelConfig::balanced() };
+    let config = ModelConfig { search, encoder: vec![1], decoder: vec![], ..ModelConfig::correcting() };
     let graph = aonet::internals::graph::Graph::new(&config).unwrap();
     let mut tensors = Weights::init(&graph, 1).tensors().clone();
     tensors.values_mut().for_each(|tensor| tensor.values.fill(0.0));
@@ -148,7 +148,11 @@ fn surveys_find_what_their_definition_says() {
             assert!(found.values[5 * plane..].iter().all(|value| *value == layers));
             let off = found.values.iter().zip(&expected.values).map(|(a, b)| (a - b).abs()).sum::<f32>();
             let mean = off / found.values.len() as f32;
-            assert!(mean <= SURVEY_TOLERANCE, "patches of {patch}, {:?}: {mean:e} in the mean", gbuffer.size());
+            assert!(
+                mean <= SURVEY_TOLERANCE,
+                "patches of {patch}, {:?}: {mean:e} in the mean",
+                gbuffer.size()
+            );
         }
     }
     // The cells of another place are noticed.

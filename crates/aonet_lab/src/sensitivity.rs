@@ -289,7 +289,7 @@ mod tests {
             survey: None,
             encoder: vec![1],
             decoder: vec![],
-            ..ModelConfig::balanced()
+            ..ModelConfig::correcting()
         };
         let graph = Graph::new(&config).unwrap();
         let mut tensors = Weights::init(&graph, 1).tensors().clone();

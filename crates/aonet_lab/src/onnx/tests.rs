@@ -80,7 +80,7 @@ fn a_network_without_kernels_stays_as_it_is() {
 #[test]
 fn sizes_are_free_or_fixed_and_odd_ones_are_padded() {
     use proto::Size::{Param, Value};
-    let free = decoded(ModelConfig::balanced(), Form::Plain, Extent::Dynamic).graph.unwrap();
+    let free = decoded(ModelConfig::correcting(), Form::Plain, Extent::Dynamic).graph.unwrap();
     let named = [Param("height".to_owned()), Param("width".to_owned())];
     assert_eq!(sides(&free.input[0]), [&[Value(1), Value(4)][..], &named].concat());
     assert_eq!(sides(&free.input[1]), [&[Value(1), Value(1)][..], &named].concat());
@@ -133,7 +133,7 @@ fn shares() -> ModelConfig {
         features: Features::normal_radius_light(),
         search: Some(SearchConfig::Arcs(ArcsParams::default())),
         output: Output::Shares,
-        ..ModelConfig::balanced()
+        ..ModelConfig::correcting()
     }
 }
 
@@ -148,7 +148,7 @@ fn a_search_that_reports_shares_is_an_input_of_as_many_planes() {
 /// A network that sees a survey.
 fn surveying() -> ModelConfig {
     let survey = Some(ArcsParams { denoise_passes: 0, ..ArcsParams::default() });
-    ModelConfig { survey, ..ModelConfig::balanced() }
+    ModelConfig { survey, ..ModelConfig::correcting() }
 }
 
 #[test]
@@ -169,7 +169,7 @@ fn every_input_is_written_before_it_is_read() {
             for form in [Form::Plain, Form::Tuned] {
                 let shares = (kernel == KernelWeights::Off).then(shares);
                 for config in
-                    [ModelConfig::paper(), ModelConfig::balanced(), surveying()].into_iter().chain(shares)
+                    [ModelConfig::paper(), ModelConfig::correcting(), surveying()].into_iter().chain(shares)
                 {
                     let config = ModelConfig { patch, kernel, ..config };
                     let graph = decoded(config, form, Extent::Dynamic).graph.unwrap();

@@ -36,8 +36,8 @@ mod tests {
     #[test]
     fn channels_that_were_unknown_have_no_weight() {
         let survey = Some(ArcsParams { denoise_passes: 0, ..ArcsParams::default() });
-        let narrow = Graph::new(&ModelConfig::balanced()).unwrap();
-        let wide = Graph::new(&ModelConfig { survey, ..ModelConfig::balanced() }).unwrap();
+        let narrow = Graph::new(&ModelConfig::correcting()).unwrap();
+        let wide = Graph::new(&ModelConfig { survey, ..ModelConfig::correcting() }).unwrap();
         let start = Weights::init(&narrow, 3);
         let widened = Weights::new(&wide, widened(&wide, &start)).unwrap();
         let (before, after) = (start.get("enc0.conv0.weight"), widened.get("enc0.conv0.weight"));

@@ -119,7 +119,7 @@ fn the_trainer_agrees_with_the_oracle_for_the_baselines_and_without_skips() {
 
 #[test]
 fn the_trainer_agrees_with_the_oracle_about_searches() {
-    let ours = small(ModelConfig::balanced());
+    let ours = small(ModelConfig::correcting());
     let unseen = ModelConfig { features: Features::normal(), ..ours.clone() };
     let uncorrected = ModelConfig { output: Output::Visibility, ..ours.clone() };
     let kernels = ModelConfig { kernel: KernelWeights::Linear, ..ours.clone() };
@@ -165,7 +165,7 @@ fn the_trainer_agrees_with_the_oracle_about_searches() {
 fn the_trainer_agrees_with_the_oracle_about_surveys() {
     let arcs = ArcsParams { denoise_passes: 0, ..ArcsParams::default() };
     for patch in [1, 4] {
-        let config = ModelConfig { patch, survey: Some(arcs), ..small(ModelConfig::balanced()) };
+        let config = ModelConfig { patch, survey: Some(arcs), ..small(ModelConfig::correcting()) };
         let model = model(config, 3);
         let planes = features(5, (64, 64));
         let cells = features(SURVEYED, (64 / patch, 64 / patch));
@@ -305,7 +305,7 @@ pub(super) fn tiny_dataset(dir: &Path) -> Manifest {
 }
 
 pub(super) fn tiny_config(steps: u64) -> TrainConfig {
-    let model = ModelConfig { encoder: vec![24, 32], decoder: vec![24], ..ModelConfig::balanced() };
+    let model = ModelConfig { encoder: vec![24, 32], decoder: vec![24], ..ModelConfig::correcting() };
     TrainConfig {
         steps,
         batch: 2,

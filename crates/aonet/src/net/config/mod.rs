@@ -158,7 +158,7 @@ impl ModelConfig {
 
     /// Ours: corrects a horizon search, knows the radius, has one more level and no kernels; fewer
     /// multiplications than the paper's.
-    pub fn balanced() -> Self {
+    pub fn correcting() -> Self {
         Self {
             features: Features::normal_radius_horizon(),
             kernel: KernelWeights::Off,
@@ -168,6 +168,19 @@ impl ModelConfig {
             decoder: vec![48, 56, 48, 32],
             ..Self::paper()
         }
+    }
+
+    /// The same with a survey, as the shipped network `balanced` has it.
+    pub fn balanced() -> Self {
+        // What `high` was trained with, for twice as many slices.
+        let survey = ArcsParams {
+            slices: 6,
+            distribution: 1.592,
+            angle_bias: 1.2033,
+            denoise_passes: 0,
+            ..ArcsParams::default()
+        };
+        Self { survey: Some(survey), ..Self::correcting() }
     }
 
     /// The configuration after a check of every field.
