@@ -1,9 +1,10 @@
 //! The trained networks that come with the crate, as bytes for [`Model::from_bytes`](super::Model::from_bytes).
 
-/// As [`BALANCED`], with fewer taps and a smaller network: half of its time.
+/// As [`BALANCED`], with larger patches and a smaller network.
 pub const FAST: &[u8] = include_bytes!("../../models/fast.safetensors");
 
-/// Normals, projected radius and a horizon search, which it corrects: any AO radius, any unit.
+/// Normals, projected radius, a horizon search, which it corrects, and a survey of the light that is hidden or off the frame: any AO radius,
+/// any unit. It reads guard band and second layer where frames have them.
 pub const BALANCED: &[u8] = include_bytes!("../../models/balanced.safetensors");
 
 /// Normals, projected radius and the shares of light that connected arcs find, which it weighs: any AO radius, any unit. It reads
