@@ -22,6 +22,8 @@ pub const ALL: [(&str, &[u8]); 4] =
 mod tests {
     use super::super::{Features, Model};
 
+    const SURVEYING: [&str; 2] = ["fast", "balanced"];
+
     #[test]
     fn shipped_models_load_and_stay_small() {
         let horizon = Features::normal_radius_horizon;
@@ -29,6 +31,7 @@ mod tests {
         for ((name, bytes), features) in super::ALL.into_iter().zip(features) {
             let model = Model::from_bytes(bytes).unwrap();
             assert_eq!(model.config().features, features, "{name}");
+            assert_eq!(model.config().survey.is_some(), SURVEYING.contains(&name), "{name}");
             assert!(bytes.len() < 1_500_000, "{name}: {} bytes", bytes.len());
             assert!(model.facts().mean_visibility.is_some() && model.facts().steps > 0, "{name}");
         }
