@@ -28,7 +28,7 @@ LEAKY_SLOPE = 0.01
 # Of the kernels: pixels a side of their window, and where it begins.
 WINDOW, FIRST_TAP = 4, -1
 # Passes of a frame that are no part of the network.
-AROUND = ("depth range", "agtao", "denoise", "features", "image")
+AROUND = ("depth range", "agtao", "denoise", "features", "surfels", "survey", "image")
 # Largest difference between PyTorch's image and ours, in f32 on the CPU. A 16-bit image rounds by 8e-6; measured: 8.4e-6.
 LARGEST_ERROR = 2e-5
 # Calls that are not counted: compilation, and clocks that rise.
@@ -58,9 +58,10 @@ class Network(torch.nn.Module):
             x = functional.leaky_relu(self.conv(x, f"{name}.{layer}"), LEAKY_SLOPE)
         return x
 
-    def forward(self, features):
+    def forward(self, features, survey=None):
         config, skips = self.config, []
         x = functional.pixel_unshuffle(features, config["patch"])
+        x = x if survey is None else torch.cat([x, survey], 1)
         for level in range(len(config["encoder"])):
             if level:
                 skips.append(x)
@@ -101,7 +102,7 @@ def run(*command):
 
 
 def features_of(options, model, size, folder):
-    """Features of a rendered frame, and its path."""
+    """Features of a rendered frame, with a survey if the network has one, and its path."""
     width, height = map(int, size.split("x"))
     view = {"eye": [0.25, 1.4, 1.9], "target": [0.0, 0.3, 0.0], "fov_y_deg": 60, "radius": 0.5, "width": width, "height": height}
     (folder / "view.json").write_text(json.dumps(view))
@@ -114,7 +115,9 @@ def features_of(options, model, size, folder):
         # The file takes the search apart; the network sees its occlusion as one more channel.
         channel = Network(model).config["features"].index("horizon_occlusion")
         features = np.insert(features, channel, 1.0 - np.load(search)[:, 0], axis=1)
-    return torch.from_numpy(features), frame
+    survey = path.with_name(f"{path.stem}_survey.npy")
+    surveyed = [np.load(survey)] if survey.exists() else []
+    return [torch.from_numpy(values) for values in (features, *surveyed)], frame
 
 
 def check(options, model, size, folder):
@@ -122,11 +125,11 @@ def check(options, model, size, folder):
     features, frame = features_of(options, model, size, folder)
     width, height = map(int, size.split("x"))
     with torch.inference_mode():
-        found = Network(model)(features)[0, 0, :height, :width].clamp(0.0, 1.0).numpy()
+        found = Network(model)(*features)[0, 0, :height, :width].clamp(0.0, 1.0).numpy()
     target = folder / "ao.png"
     run(options.aonet, "infer", frame, "-o", target, "--model", model, "--precision", "f32")
     expected = np.asarray(Image.open(target)).astype(np.float32) / 65535.0
-    foreground = (features[0, :3, :height, :width] != 0.0).any(0).numpy()
+    foreground = (features[0][0, :3, :height, :width] != 0.0).any(0).numpy()
     if expected[foreground].std() < 0.05:
         raise SystemExit(f"{model}: nothing to see on the frame")
     largest = float(np.abs(found - expected)[foreground].max())
@@ -155,10 +158,10 @@ def torch_times(options, model, features):
     times = {}
     for precision, kind in (("f32", torch.float32), ("f16", torch.float16)):
         network = Network(model).to("cuda", kind).eval()
-        values = features.to("cuda", kind).contiguous(memory_format=torch.channels_last)
+        values = [of.to("cuda", kind).contiguous(memory_format=torch.channels_last) for of in features]
         for name, form in (("eager", network), ("compiled", torch.compile(network, mode="max-autotune"))):
             with torch.inference_mode():
-                times[f"PyTorch {name}", precision] = timed(lambda f=form: f(values), options.runs)
+                times[f"PyTorch {name}", precision] = timed(lambda f=form: f(*values), options.runs)
     return times
 
 

@@ -90,10 +90,9 @@ def export(options, model, frames, folder):
 
 
 def inputs_at(features):
-    """Features, and what a search found if the network has one, beside which it lies."""
-    search = features.with_name(f"{features.stem}_search.npy")
-    found = {"features": np.load(features)}
-    return found | ({"search": np.load(search)} if search.exists() else {})
+    """Features, and what a search and a survey found if the network has them, in files beside it."""
+    beside = {name: features.with_name(f"{features.stem}_{name}.npy") for name in ("search", "survey")}
+    return {"features": np.load(features)} | {name: np.load(path) for name, path in beside.items() if path.exists()}
 
 
 def aonet_image(options, model, frame, precision, folder):

@@ -8,7 +8,7 @@ use aonet::net::{Features, KernelWeights, Model, ModelConfig, Output, Ranges, Sk
 use aonet::simd::Level;
 use aonet::{AoImage, GBuffer, Size};
 use common::{
-    assert_close, behind_bars, camera, frame, model, oracle, params, seeing, small, spread, waves,
+    assert_close, behind_bars, camera, frame, model, oracle, params, seeing, small, spread, surveying, waves,
     weighing_shares,
 };
 
@@ -75,13 +75,13 @@ fn every_row_of_tables_3_and_4() {
 #[test]
 fn corrections() {
     for patch in [1, 2, 4, 8] {
-        check(ModelConfig { patch, ..ModelConfig::balanced() }, Size::px(70, 33));
+        check(ModelConfig { patch, ..ModelConfig::correcting() }, Size::px(70, 33));
     }
     check(
-        ModelConfig { encoder: vec![16, 32], decoder: vec![16], ..ModelConfig::balanced() },
+        ModelConfig { encoder: vec![16, 32], decoder: vec![16], ..ModelConfig::correcting() },
         Size::px(1, 1),
     );
-    let small = ModelConfig { encoder: vec![16, 32], decoder: vec![16], ..ModelConfig::balanced() };
+    let small = ModelConfig { encoder: vec![16, 32], decoder: vec![16], ..ModelConfig::correcting() };
     for patch in [1, 4] {
         for kernel in [KernelWeights::Linear, KernelWeights::Softmax] {
             check(ModelConfig { patch, kernel, ..small.clone() }, Size::px(45, 20));
@@ -93,9 +93,10 @@ fn corrections() {
 }
 
 #[test]
-fn weights_of_shares() {
-    for patch in [1, 2, 4, 8] {
-        let model = model(weighing_shares(patch), 1);
+fn weights_of_shares_and_surveys() {
+    for (patch, config) in [1, 2, 4, 8].into_iter().flat_map(|p| [(p, weighing_shares(p)), (p, surveying(p))])
+    {
+        let model = model(config, 1);
         let noise = frame(Size::px(45, 20), 2);
         let bars = behind_bars(&waves(Size::px(70, 33)));
         let one_layer = bars.clone().without_second();
@@ -267,7 +268,7 @@ fn a_precision_without_instructions_or_ranges_is_an_error() {
 
 #[test]
 fn the_number_of_threads_does_not_matter() {
-    let model = model(ModelConfig::balanced(), 5);
+    let model = model(ModelConfig::correcting(), 5);
     let gbuffer = frame(Size::px(700, 500), 6);
     for level in Level::available() {
         let one = run(&model, &gbuffer, (1, level));

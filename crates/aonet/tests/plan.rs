@@ -20,6 +20,7 @@ fn reads(step: &Step) -> Vec<usize> {
         Step::Search { surfels, .. } => surfels.iter().flatten().copied().collect(),
         Step::Filter { input, .. } => vec![*input],
         Step::Features { search, .. } => search.iter().copied().collect(),
+        Step::Survey { surfels, .. } => surfels.to_vec(),
         Step::Conv(ConvStep { sources, .. }) => sources.iter().map(|s| s.buffer).collect(),
         Step::Head(HeadStep { input, guide, base, .. }) => {
             [*input, *guide].into_iter().chain(*base).collect()
@@ -35,6 +36,7 @@ fn writes(step: &Step) -> Vec<usize> {
         Step::Search { output, .. }
         | Step::Filter { output, .. }
         | Step::Features { output, .. }
+        | Step::Survey { output, .. }
         | Step::Conv(ConvStep { output, .. }) => vec![*output],
         Step::Head(_) | Step::Image { .. } => vec![],
     }
@@ -130,6 +132,7 @@ fn the_papers_network_is_features_fourteen_convolutions_and_a_head() {
             | Step::Search { .. }
             | Step::Filter { .. }
             | Step::Features { .. }
+            | Step::Survey { .. }
             | Step::Head(_)
             | Step::Image { .. } => None,
         })
@@ -150,7 +153,7 @@ fn the_papers_network_is_features_fourteen_convolutions_and_a_head() {
 
 #[test]
 fn a_search_is_steps_of_its_own() {
-    let plan = plan(&ModelConfig::balanced(), Size::px(1280, 720));
+    let plan = plan(&ModelConfig::correcting(), Size::px(1280, 720));
     let search = SearchConfig::tuned();
     let Step::Filter { input, output: found, .. } = plan.steps[1] else { panic!("{:?}", plan.steps[1]) };
     assert_eq!(plan.steps[0], Step::Search { search, surfels: None, output: input });
@@ -203,7 +206,7 @@ fn impossible_sizes_are_refused_and_the_largest_have_plans() {
         let error = Size::new(width, height).unwrap_err().to_string();
         assert!(error.contains(&format!("{width}x{height}")), "{error}");
     }
-    for config in [ModelConfig::paper(), ModelConfig::balanced(), ModelConfig::deep_shading()] {
+    for config in [ModelConfig::paper(), ModelConfig::correcting(), ModelConfig::deep_shading()] {
         let plan = plan(&config, Size::px(MAX_SIDE - 1, 1));
         assert_eq!(plan.padded.width(), MAX_SIDE);
         let full = Plan::new(&Graph::new(&config).unwrap(), Size::px(MAX_SIDE, MAX_SIDE)).unwrap();

@@ -47,7 +47,7 @@ fn networks_are_described_written_and_read() {
     for precision in [Precision::F32, Precision::F16] {
         // Depths in world units do not fit in half floats.
         for (config, fits) in
-            [(ModelConfig::paper(), true), (ModelConfig::balanced(), true), (ModelConfig::deep_ao(), false)]
+            [(ModelConfig::paper(), true), (ModelConfig::correcting(), true), (ModelConfig::deep_ao(), false)]
         {
             let network = network(config, precision);
             let program = read(&network.program(Size::px(65, 43)).unwrap());
@@ -91,7 +91,7 @@ fn sizes_differ_in_numbers_and_share_weights() {
 /// Buffers that no pass has written yet hold anything.
 #[test]
 fn passes_read_what_was_written_before() {
-    let networks = [ModelConfig::paper(), ModelConfig::balanced(), ModelConfig::deep_ao()];
+    let networks = [ModelConfig::paper(), ModelConfig::correcting(), ModelConfig::deep_ao()];
     let networks = networks.map(|config| network(config, Precision::F32).program(Size::px(65, 43)).unwrap());
     let methods = ["ssao", "hbao", "ssdo", "gtao", "vbao", "agtao", "arcs"].map(classic);
     let methods = methods.map(|method| method.program(Size::px(65, 43)).unwrap());
@@ -126,8 +126,12 @@ fn sizes() -> impl Iterator<Item = Size> {
 /// Networks and classic methods of every kind, by name.
 fn templates(precision: Precision, textures: TextureEncoding) -> Vec<(String, Template)> {
     let options = ProgramOptions { precision, textures, ..Default::default() };
-    let networks =
-        [ModelConfig::paper(), ModelConfig::balanced(), ModelConfig::deep_shading(), ModelConfig::deep_ao()];
+    let networks = [
+        ModelConfig::paper(),
+        ModelConfig::correcting(),
+        ModelConfig::deep_shading(),
+        ModelConfig::deep_ao(),
+    ];
     let networks = networks.into_iter().map(|config| {
         let network = network_of(config.clone(), options);
         (format!("{config:?}"), network.template().unwrap())
@@ -182,7 +186,7 @@ fn shaders_of_other_choices_differ_in_the_lines_that_the_file_lists() {
     let plain = TextureEncoding::default();
     let network = |precision, textures| {
         let options = ProgramOptions { precision, textures, ..Default::default() };
-        network_of(ModelConfig::balanced(), options).template().unwrap()
+        network_of(ModelConfig::correcting(), options).template().unwrap()
     };
     let from = network(Precision::F16, plain);
     let json: serde_json::Value = serde_json::from_slice(&from.to_bytes().unwrap().json).unwrap();

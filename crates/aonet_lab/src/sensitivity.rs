@@ -80,7 +80,7 @@ pub fn sensitivity(
             let model = models.iter().find(|model| kind(model) == *kind_of).expect("a model of each kind");
             moments.add(&network_inputs(model, &gbuffer, params)?.features, &gbuffer);
         }
-        let middle = Crop::of(&gbuffer, 1);
+        let middle = Crop::of(&gbuffer, 1, 1);
         if 2 * middle.counted(&gbuffer).iter().filter(|c| **c).count() > middle.width * middle.height {
             usable.push(*entry);
         }
@@ -149,11 +149,12 @@ struct Crop {
 }
 
 impl Crop {
-    /// The middle, with sides that are multiples of `alignment`; where the frame is smaller, the padded frame.
-    fn of(gbuffer: &GBuffer, alignment: usize) -> Self {
+    /// The middle, with sides that are multiples of `alignment` and edges on multiples of `grid` (px); where the frame is smaller, the
+    /// padded frame.
+    fn of(gbuffer: &GBuffer, alignment: usize, grid: usize) -> Self {
         let side = |frame: usize| CROP.min(frame).next_multiple_of(alignment);
         let (width, height) = (side(gbuffer.width()), side(gbuffer.height()));
-        let start = |frame: usize, side: usize| frame.saturating_sub(side) / 2;
+        let start = |frame: usize, side: usize| frame.saturating_sub(side) / 2 / grid * grid;
         Self { left: start(gbuffer.width(), width), top: start(gbuffer.height(), height), width, height }
     }
 
@@ -175,15 +176,20 @@ struct Sample {
 
 impl Sample {
     fn new(model: &Model, gbuffer: &GBuffer, params: AoParams) -> Result<Self> {
-        let crop = Crop::of(gbuffer, model.graph().alignment());
+        let patch = model.config().patch;
+        let grid = if model.config().survey.is_some() { patch } else { 1 };
+        let crop = Crop::of(gbuffer, model.graph().alignment(), grid);
         let whole = network_inputs(model, gbuffer, params)?;
-        let cropped = |whole: &Planes| {
-            Planes::from_fn((whole.channels, crop.height, crop.width), |c, y, x| {
-                whole.at(c, (crop.top + y) as isize, (crop.left + x) as isize)
+        let cropped = |whole: &Planes, scale: usize| {
+            Planes::from_fn((whole.channels, crop.height / scale, crop.width / scale), |c, y, x| {
+                whole.at(c, (crop.top / scale + y) as isize, (crop.left / scale + x) as isize)
             })
         };
-        let inputs =
-            Inputs { features: cropped(&whole.features), search: whole.search.as_ref().map(cropped) };
+        let inputs = Inputs {
+            features: cropped(&whole.features, 1),
+            search: whole.search.as_ref().map(|found| cropped(found, 1)),
+            survey: whole.survey.as_ref().map(|found| cropped(found, patch)),
+        };
         Ok(Self { inputs, counted: crop.counted(gbuffer) })
     }
 }
@@ -280,9 +286,10 @@ mod tests {
             kernel: KernelWeights::Off,
             output: Output::Visibility,
             search: None,
+            survey: None,
             encoder: vec![1],
             decoder: vec![],
-            ..ModelConfig::balanced()
+            ..ModelConfig::correcting()
         };
         let graph = Graph::new(&config).unwrap();
         let mut tensors = Weights::init(&graph, 1).tensors().clone();

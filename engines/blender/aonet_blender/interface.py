@@ -15,7 +15,7 @@ from . import camera, nodes, occlusion
 _METHODS = (
     ("fast", "Fast", "The smallest network"),
     ("balanced", "Balanced", "The default network"),
-    ("high", "High", "The best network, several times slower; reads the second layer"),
+    ("high", "High", "The best network, several times slower"),
     ("agtao:tuned", "No network", "Attenuated horizon search"),
     ("arcs:deep", "No network, layers", "Connected arcs; reads the second layer"),
 )

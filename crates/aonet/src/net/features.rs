@@ -3,8 +3,10 @@
 use crate::error::Result;
 use crate::frame::ao_image::AoParams;
 use crate::frame::gbuffer::GBuffer;
+use crate::frame::size::Size;
 use crate::net::config::{Channel, Features, SearchConfig};
-use crate::search::{self, Filter, Screen};
+use crate::search::survey::{Cells, SURVEYED, survey_band};
+use crate::search::{self, ArcsParams, Filter, Screen};
 use crate::simd::{Isa, Level};
 use crate::threads::{Band, Workers};
 
@@ -62,6 +64,30 @@ pub fn search_planes(search: &SearchConfig, gbuffer: &GBuffer, params: AoParams)
         search::filter_band(isa, &filter, Band::whole(&mut filtered));
         found = filtered;
     }
+    Ok(found)
+}
+
+/// What a survey finds on so many columns and rows of patches, which may reach beyond the frame: row by row each share of light and
+/// whether there is a second layer, a value for each column. The first patch begins at the pixel `origin` (column and row); a session's at
+/// the first one. See [`Op::Survey`](super::graph::Op::Survey).
+///
+/// # Errors
+/// When a parameter is out of its range.
+pub fn survey_planes(
+    arcs: &ArcsParams,
+    gbuffer: &GBuffer,
+    params: AoParams,
+    origin: [usize; 2],
+    (cells, patch): (Size, usize),
+) -> Result<Vec<f32>> {
+    SearchConfig::Arcs(*arcs).checked()?;
+    let (isa, screen) = (Isa::new(Level::best())?, Screen::new(gbuffer, params));
+    let pixels = gbuffer.depth().len();
+    let (mut first, mut second) = (vec![0.0; pixels], vec![0.0; pixels]);
+    search::surfels::pack(&screen, &mut Workers::new(1, 0)?, [&mut first, &mut second]);
+    let mut found = vec![0.0; SURVEYED * cells.pixels()];
+    let layout = Cells { origin, patch, columns: cells.width(), halo: 0 };
+    survey_band(isa, (*arcs, [&first, &second]), &screen, (layout, Band::whole(&mut found)));
     Ok(found)
 }
 

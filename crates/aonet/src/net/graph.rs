@@ -4,6 +4,8 @@
 use crate::net::config::Channel;
 use crate::net::config::{Features, KernelWeights, ModelConfig, SearchConfig};
 use crate::net::kernel::TAPS;
+use crate::search::ArcsParams;
+pub use crate::search::survey::SURVEYED;
 
 /// Index of a [`Node`] and of the tensor that it produces.
 pub type ValueId = usize;
@@ -44,6 +46,14 @@ pub enum Op {
         features: Features,
         /// What the search found, if channels show it.
         search: Option<ValueId>,
+    },
+    /// Connected arcs from one pixel of every patch, the one at (patch / 2, patch / 2): the shares of light, 0 on the background,
+    /// and 1 everywhere if the frame has a second layer. [`SURVEYED`] channels.
+    Survey {
+        /// The method's parameters; its filter is not used.
+        arcs: ArcsParams,
+        /// Side (px).
+        patch: usize,
     },
     /// Squares of `patch` x `patch` pixels become channels: channel `c * patch² + dy * patch + dx`.
     PatchPartition {
@@ -180,6 +190,7 @@ impl Graph {
         let (channels, stride) = match &op {
             Op::Search { search } => (search.planes(), 1),
             Op::Input { features, .. } => (features.channels().len(), 1),
+            Op::Survey { patch, .. } => (SURVEYED, *patch),
             Op::PatchPartition { input, patch } => (of(*input).0 * patch * patch, of(*input).1 * patch),
             Op::PatchMerge { input, patch } => (of(*input).0 / (patch * patch), of(*input).1 / patch),
             Op::Conv { input, .. } => (conv_channels, of(*input).1),
@@ -243,6 +254,7 @@ impl Graph {
             Op::Correct { correction, .. } => (self.nodes[*correction].channels - 1) as f64,
             Op::Search { .. }
             | Op::Input { .. }
+            | Op::Survey { .. }
             | Op::PatchPartition { .. }
             | Op::PatchMerge { .. }
             | Op::AvgPool2 { .. }

@@ -219,7 +219,7 @@ mod tests {
     use super::*;
 
     fn model() -> Model {
-        let config = ModelConfig { encoder: vec![4, 6], decoder: vec![5], ..ModelConfig::balanced() };
+        let config = ModelConfig { encoder: vec![4, 6], decoder: vec![5], ..ModelConfig::correcting() };
         let weights = Weights::init(&Graph::new(&config).unwrap(), 7);
         let facts = TrainingFacts { steps: 3, mean_visibility: Some(0.75), ..TrainingFacts::default() };
         Model::new(config, weights, facts).unwrap()

@@ -1,9 +1,10 @@
 //! The trained networks that come with the crate, as bytes for [`Model::from_bytes`](super::Model::from_bytes).
 
-/// As [`BALANCED`], with fewer taps and a smaller network: half of its time.
+/// As [`BALANCED`], with larger patches and a smaller network.
 pub const FAST: &[u8] = include_bytes!("../../models/fast.safetensors");
 
-/// Normals, projected radius and a horizon search, which it corrects: any AO radius, any unit.
+/// Normals, projected radius, a horizon search, which it corrects, and a survey of the light that is hidden or off the frame: any AO radius,
+/// any unit. It reads guard band and second layer where frames have them.
 pub const BALANCED: &[u8] = include_bytes!("../../models/balanced.safetensors");
 
 /// Normals, projected radius and the shares of light that connected arcs find, which it weighs: any AO radius, any unit. It reads
@@ -21,6 +22,8 @@ pub const ALL: [(&str, &[u8]); 4] =
 mod tests {
     use super::super::{Features, Model};
 
+    const SURVEYING: [&str; 2] = ["fast", "balanced"];
+
     #[test]
     fn shipped_models_load_and_stay_small() {
         let horizon = Features::normal_radius_horizon;
@@ -28,6 +31,7 @@ mod tests {
         for ((name, bytes), features) in super::ALL.into_iter().zip(features) {
             let model = Model::from_bytes(bytes).unwrap();
             assert_eq!(model.config().features, features, "{name}");
+            assert_eq!(model.config().survey.is_some(), SURVEYING.contains(&name), "{name}");
             assert!(bytes.len() < 1_500_000, "{name}: {} bytes", bytes.len());
             assert!(model.facts().mean_visibility.is_some() && model.facts().steps > 0, "{name}");
         }

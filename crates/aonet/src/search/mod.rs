@@ -28,6 +28,7 @@ pub(crate) mod ssao;
 pub(crate) mod ssdo;
 mod stride;
 pub(crate) mod surfels;
+pub(crate) mod survey;
 #[cfg(test)]
 mod tests;
 pub(crate) mod vbao;

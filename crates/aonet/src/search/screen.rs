@@ -90,11 +90,33 @@ impl<'a> Screen<'a> {
         let columns = x..x + S::LANES;
         let mut edge = [0.0; MAX_LANES];
         let found = F::load(simd, neighbours(self.row(self.gbuffer.depth(), y), columns.clone(), &mut edge));
-        // Any finite depth will do where there is none.
-        let depth = found.lt(BACKGROUND).select(found, 1.0);
         let mut edge = [[0.0; 3]; MAX_LANES];
         let normals = neighbours(self.row(self.gbuffer.normal(), y), columns, &mut edge);
-        let (px, py) = (F::counting_from(simd, x as f32), F::new(simd, y as f32));
+        self.seen_pixels((F::counting_from(simd, x as f32), y), (found, normals))
+    }
+
+    /// The pixels of row `y` in these columns.
+    #[inline(always)]
+    pub(crate) fn pixels_in<S: Simd>(&self, simd: S, columns: [usize; MAX_LANES], y: usize) -> Pixels<S> {
+        let (depths, normals) = (self.row(self.gbuffer.depth(), y), self.row(self.gbuffer.normal(), y));
+        let found = F::load(simd, &columns.map(|x| depths[x]));
+        self.seen_pixels(
+            (F::load(simd, &columns.map(|x| x as f32)), y),
+            (found, &columns.map(|x| normals[x])),
+        )
+    }
+
+    /// Pixels of row `y` with what is found there.
+    #[inline(always)]
+    fn seen_pixels<S: Simd>(
+        &self,
+        (px, y): (F<S>, usize),
+        (found, normals): (F<S>, &[[f32; 3]]),
+    ) -> Pixels<S> {
+        let simd = px.simd();
+        // Any finite depth will do where there is none.
+        let depth = found.lt(BACKGROUND).select(found, 1.0);
+        let py = F::new(simd, y as f32);
         let (column, row) = (px.round(), (y as u32).integer_lanes(simd));
         // Where the ray through the pixel is one unit of depth farther.
         let ([cx, cy], slope) = (self.centre, self.pixel_size[0]);

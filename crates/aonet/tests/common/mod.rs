@@ -1,9 +1,9 @@
 //! Frames, models and comparisons for the tests of the runtimes.
 #![allow(dead_code, reason = "each test program uses some of it")]
 
-use aonet::internals::features::search_planes;
-use aonet::internals::graph::Graph;
-use aonet::internals::naive::{self, Planes};
+use aonet::internals::features::{search_planes, survey_planes};
+use aonet::internals::graph::{Graph, SURVEYED};
+use aonet::internals::naive::{self, Inputs, Planes};
 use aonet::internals::weights::Weights;
 use aonet::net::{
     Arch, Channel, Features, KernelWeights, Model, ModelConfig, Output, SearchConfig, TrainingFacts,
@@ -157,6 +157,13 @@ pub(crate) fn weighing_shares(patch: usize) -> ModelConfig {
     ModelConfig { search, output: Output::Shares, ..small(features, patch, KernelWeights::Off) }
 }
 
+/// A small network that corrects a search and sees a survey.
+pub(crate) fn surveying(patch: usize) -> ModelConfig {
+    let survey = Some(ArcsParams { denoise_passes: 0, ..ArcsParams::default() });
+    let output = Output::Correction;
+    ModelConfig { survey, output, ..small(Features::normal_radius_horizon(), patch, KernelWeights::Off) }
+}
+
 /// The paper's network with other features, and with a search if they show one.
 pub(crate) fn seeing(features: Features) -> ModelConfig {
     let search = features.sees(Channel::HorizonOcclusion).then(SearchConfig::tuned);
@@ -170,7 +177,19 @@ pub(crate) fn oracle(model: &Model, gbuffer: &GBuffer, params: AoParams) -> AoIm
         let rows = search_planes(&search, gbuffer, params).unwrap();
         Planes::from_rows((search.planes(), gbuffer.height(), gbuffer.width()), &rows)
     });
-    naive::run_with_search(model, gbuffer, params, found.as_ref()).unwrap()
+    let (config, step) = (model.config(), model.graph().alignment());
+    let features = naive::features(&config.features, gbuffer, params, found.as_ref());
+    let survey = config.survey.map(|arcs| survey(model, &arcs, gbuffer, params));
+    naive::run_on(model, gbuffer, &Inputs { features, search: found, survey }.padded(step)).unwrap()
+}
+
+/// What the runtime's survey finds.
+pub(crate) fn survey(model: &Model, arcs: &ArcsParams, gbuffer: &GBuffer, params: AoParams) -> Planes {
+    let (patch, step) = (model.config().patch, model.graph().alignment());
+    let cells = |side: usize| side.next_multiple_of(step) / patch;
+    let (columns, rows) = (cells(gbuffer.width()), cells(gbuffer.height()));
+    let found = survey_planes(arcs, gbuffer, params, [0, 0], (Size::px(columns, rows), patch)).unwrap();
+    Planes::from_rows((SURVEYED, rows, columns), &found)
 }
 
 pub(crate) fn params() -> AoParams {

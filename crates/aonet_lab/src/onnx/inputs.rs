@@ -1,6 +1,6 @@
 //! What an exported file takes, for a frame: to try the file in another runtime.
 
-use super::{Extent, INPUT, SEARCH, own_channels};
+use super::{Extent, INPUT, SEARCH, SURVEY, own_channels};
 use crate::network_inputs::network_inputs;
 use aonet::internals::naive::Planes;
 use aonet::net::Model;
@@ -26,13 +26,15 @@ pub fn inputs(
         }
     };
     let all = network_inputs(model, gbuffer, params)?.padded(step);
+    let further = [(SEARCH, all.search), (SURVEY, all.survey)];
     let features = all.features;
     let area = features.height * features.width;
     let planes = model.config().features.channels().iter().zip(features.values.chunks_exact(area));
     let planes = planes.filter(|(channel, _)| channel.search_plane().is_none());
     let values = planes.flat_map(|(_, plane)| plane).copied().collect();
     let own = Planes { channels: own_channels(model).count(), values, ..features };
-    Ok([(INPUT, own)].into_iter().chain(all.search.map(|found| (SEARCH, found))).collect())
+    let further = further.into_iter().filter_map(|(name, planes)| planes.map(|planes| (name, planes)));
+    Ok([(INPUT, own)].into_iter().chain(further).collect())
 }
 
 /// A file for NumPy: 1xCxHxW, f32.

@@ -2,7 +2,9 @@
 //!
 //! A file takes `features` 1xCxHxW: the channels that [`write_features`](aonet::internals::features::write_features) writes, without
 //! the search's. A network with a search also takes `search` 1xPxHxW: what the method finds whose parameters are in the
-//! configuration, its filter included: the visibility, and the shares of light where the method reports them. The output is
+//! configuration, its filter included: the visibility, and the shares of light where the method reports them. A network with a survey
+//! takes `survey` 1xSxH'xW': the cells of the padded frame, as [`survey_planes`](aonet::internals::features::survey_planes) finds
+//! them. The output is
 //! `visibility` 1x1xHxW in [0, 1]. It ignores the background: there the caller writes 1, as [`cpu::Session`](aonet::net::cpu::Session) does.
 
 mod inputs;
@@ -18,6 +20,7 @@ mod writer;
 pub use inputs::{inputs, npy};
 
 use aonet::Size;
+use aonet::internals::graph::SURVEYED;
 use aonet::net::{Channel, Model};
 use aonet_scene::error::{Error, Result};
 use prost::Message;
@@ -34,6 +37,8 @@ const IR_VERSION: i64 = 8;
 pub const INPUT: &str = "features";
 /// Name of the input with what the search found.
 pub const SEARCH: &str = "search";
+/// Name of the input with what the survey found.
+pub const SURVEY: &str = "survey";
 /// Name of the output.
 pub const OUTPUT: &str = "visibility";
 
@@ -103,7 +108,8 @@ pub fn export(model: &Model, form: Form, extent: Extent) -> Result<Exported> {
     let mut writer = Writer::default();
     let features = padded(&mut writer, model, extent, INPUT);
     let search = model.config().search.map(|_| padded(&mut writer, model, extent, SEARCH));
-    let inputs = network::Inputs { features: &features, search: search.as_deref() };
+    let survey = model.config().survey.map(|_| SURVEY);
+    let inputs = network::Inputs { features: &features, search: search.as_deref(), survey };
     let raw = network::write(&mut writer, model, form, inputs);
     finish(&mut writer, &raw, (features != INPUT).then_some(extent));
     let port = |name, channels| {
@@ -115,6 +121,7 @@ pub fn export(model: &Model, form: Form, extent: Extent) -> Result<Exported> {
     };
     let mut inputs = vec![port(INPUT, own_channels(model).count())];
     inputs.extend(model.config().search.map(|search| port(SEARCH, search.planes())));
+    inputs.extend(model.config().survey.map(|_| survey_port(model, extent)));
     let outputs = vec![port(OUTPUT, 1)];
     let graph = proto::Graph {
         node: writer.nodes,
@@ -151,6 +158,16 @@ fn padded(writer: &mut Writer, model: &Model, extent: Extent, input: &str) -> St
         }
         Extent::Fixed { .. } | Extent::Dynamic => input.to_owned(),
     }
+}
+
+/// The input with what the survey found: a cell for every patch of the padded frame.
+fn survey_port(model: &Model, extent: Extent) -> Port {
+    let cells = |side: usize| side.next_multiple_of(model.graph().alignment()) / model.config().patch;
+    let [height, width] = match extent {
+        Extent::Dynamic => [Side::Named("cell_rows"), Side::Named("cell_columns")],
+        Extent::Fixed { width, height } => [height, width].map(|side| Side::Fixed(cells(side))),
+    };
+    Port { name: SURVEY, shape: [Side::Fixed(1), Side::Fixed(SURVEYED), height, width] }
 }
 
 /// Crops to what was padded, and clamps.

@@ -17,6 +17,8 @@ pub(super) struct Inputs<'a> {
     pub(super) features: &'a str,
     /// What the search found, for networks with a search.
     pub(super) search: Option<&'a str>,
+    /// What the survey found, for networks with a survey.
+    pub(super) survey: Option<&'a str>,
 }
 
 /// Appends a network; returns the name of the visibility before clamping, 1x1xHxW.
@@ -33,6 +35,7 @@ pub(super) fn write(writer: &mut Writer, model: &Model, form: Form, inputs: Inpu
     for (id, node) in model.graph().nodes().iter().enumerate() {
         let value = match &node.op {
             Op::Search { .. } => inputs.search.expect("the visibility of the search").to_owned(),
+            Op::Survey { .. } => inputs.survey.expect("what the survey found").to_owned(),
             Op::Input { features, search } => {
                 let found = search.map(|id| (values[id].as_str(), model.graph().nodes()[id].channels));
                 match found {
@@ -119,7 +122,7 @@ fn head(model: &Model, kernels: ValueId) -> Conv<'_> {
 /// The operations that read a value.
 fn readers(model: &Model, value: ValueId) -> impl Iterator<Item = &Op> {
     let reads = move |op: &Op| match op {
-        Op::Search { .. } => false,
+        Op::Search { .. } | Op::Survey { .. } => false,
         Op::Input { search, .. } => *search == Some(value),
         Op::PatchPartition { input, .. }
         | Op::PatchMerge { input, .. }

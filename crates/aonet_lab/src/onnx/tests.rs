@@ -80,7 +80,7 @@ fn a_network_without_kernels_stays_as_it_is() {
 #[test]
 fn sizes_are_free_or_fixed_and_odd_ones_are_padded() {
     use proto::Size::{Param, Value};
-    let free = decoded(ModelConfig::balanced(), Form::Plain, Extent::Dynamic).graph.unwrap();
+    let free = decoded(ModelConfig::correcting(), Form::Plain, Extent::Dynamic).graph.unwrap();
     let named = [Param("height".to_owned()), Param("width".to_owned())];
     assert_eq!(sides(&free.input[0]), [&[Value(1), Value(4)][..], &named].concat());
     assert_eq!(sides(&free.input[1]), [&[Value(1), Value(1)][..], &named].concat());
@@ -133,7 +133,7 @@ fn shares() -> ModelConfig {
         features: Features::normal_radius_light(),
         search: Some(SearchConfig::Arcs(ArcsParams::default())),
         output: Output::Shares,
-        ..ModelConfig::balanced()
+        ..ModelConfig::correcting()
     }
 }
 
@@ -145,13 +145,32 @@ fn a_search_that_reports_shares_is_an_input_of_as_many_planes() {
     assert_eq!(channels, [5, 6].map(proto::Size::Value));
 }
 
+/// A network that sees a survey.
+fn surveying() -> ModelConfig {
+    let survey = Some(ArcsParams { denoise_passes: 0, ..ArcsParams::default() });
+    ModelConfig { survey, ..ModelConfig::correcting() }
+}
+
+#[test]
+fn a_survey_is_an_input_with_a_value_for_every_patch() {
+    use proto::Size::{Param, Value};
+    let free = decoded(surveying(), Form::Plain, Extent::Dynamic).graph.unwrap();
+    assert_eq!((free.input.len(), free.input[2].name.as_str()), (3, SURVEY));
+    let named = [Param("cell_rows".to_owned()), Param("cell_columns".to_owned())];
+    assert_eq!(sides(&free.input[2]), [&[Value(1), Value(6)][..], &named].concat());
+    let odd = decoded(surveying(), Form::Plain, Extent::Fixed { width: 75, height: 41 }).graph.unwrap();
+    assert_eq!(sides(&odd.input[2]), [1, 6, 64 / 4, 128 / 4].map(Value));
+}
+
 #[test]
 fn every_input_is_written_before_it_is_read() {
     for kernel in [KernelWeights::Off, KernelWeights::Linear, KernelWeights::Softmax] {
         for patch in [1, 2, 4] {
             for form in [Form::Plain, Form::Tuned] {
                 let shares = (kernel == KernelWeights::Off).then(shares);
-                for config in [ModelConfig::paper(), ModelConfig::balanced()].into_iter().chain(shares) {
+                for config in
+                    [ModelConfig::paper(), ModelConfig::correcting(), surveying()].into_iter().chain(shares)
+                {
                     let config = ModelConfig { patch, kernel, ..config };
                     let graph = decoded(config, form, Extent::Dynamic).graph.unwrap();
                     let mut known: Vec<&str> = graph.initializer.iter().map(|t| t.name.as_str()).collect();

@@ -64,9 +64,11 @@ pub(super) fn costs(model: &Model, size: Size, threads: usize, runs: usize) -> R
 /// The level of a step, and its multiply-accumulates a pixel.
 fn place(graph: &Graph, step: &Step) -> (Level, f64) {
     match step {
-        Step::Surfels { .. } | Step::Search { .. } | Step::Filter { .. } | Step::Features { .. } => {
-            (Level::Features, 0.0)
-        }
+        Step::Surfels { .. }
+        | Step::Search { .. }
+        | Step::Filter { .. }
+        | Step::Features { .. }
+        | Step::Survey { .. } => (Level::Features, 0.0),
         Step::Conv(ConvStep { name, .. }) => {
             let (stride, macs) = conv(graph, name);
             let up = name.starts_with("dec") || name.starts_with("up");

@@ -9,7 +9,7 @@ fn models(dir: &Path) -> Models {
     for name in ["ao_net", "ao_net-2", "softmax-7", "my_own"] {
         fixtures::save_model(dir, name, paper());
     }
-    fixtures::save_model(dir, "ours", ModelConfig::balanced());
+    fixtures::save_model(dir, "ours", ModelConfig::correcting());
     let depth = ModelConfig { features: Features::normal_depth_normalized(), ..paper() };
     fixtures::save_model(dir, "normal_depth_normalized", depth);
     fixtures::save_model(dir, "base_patch", ModelConfig { kernel: KernelWeights::Off, ..paper() });

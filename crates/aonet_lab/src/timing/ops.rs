@@ -7,6 +7,7 @@ use aonet::internals::kernel::TAPS;
 use aonet::internals::plan::{Buffer, BufferId, ConvStep, HeadStep, Plan, Resample, Source, Step};
 use aonet::net::cpu::Options;
 use aonet::net::{KernelWeights, Model, SearchConfig};
+use aonet::search::{ArcsParams, Classic};
 use aonet_scene::Result;
 use serde::Serialize;
 
@@ -65,6 +66,7 @@ pub(super) fn cost(model: &Model, plan: &Plan, step: &Step) -> OpCost {
         Step::Search { search, output, .. } => counted.search(search, *output),
         Step::Filter { input, output, .. } => counted.filter(*input, *output),
         Step::Features { search, output, patch } => counted.features(*search, *output, *patch),
+        Step::Survey { arcs, output, .. } => counted.survey(arcs, *output),
         Step::Conv(conv) => counted.conv(conv),
         Step::Head(head) => counted.head(head),
         Step::Image { input } => counted.image(*input),
@@ -119,6 +121,20 @@ impl Counted<'_> {
             kind: format!("features, patches of {patch}"),
             inputs: self.model.config().features.channels().len(),
             bytes: (self.gbuffer_bytes() + found + self.bytes(output)) as f64,
+            ..self.writes(output)
+        }
+    }
+
+    fn survey(&self, arcs: &ArcsParams, output: BufferId) -> OpCost {
+        let method = Classic::Arcs(*arcs);
+        let flop = search_cost(&method).map_or(0.0, |cost| cost.search);
+        let cells = self.plan.buffers[output].size().pixels();
+        OpCost {
+            name: "survey".to_owned(),
+            kind: format!("{}, {} taps", method.name(), method.taps()),
+            inputs: GBUFFER_CHANNELS,
+            flop: flop * cells as f64,
+            bytes: (self.gbuffer_bytes() + self.bytes(output)) as f64,
             ..self.writes(output)
         }
     }
@@ -256,7 +272,7 @@ mod tests {
             // A size that every network takes without padding.
             let size = Size::px(256, 128);
             let (model, costs) = costs(config.clone(), size);
-            let searches = ["search", "filter"];
+            let searches = ["search", "filter", "surfels", "survey"];
             let network = costs.iter().filter(|c| !searches.contains(&c.name.as_str()));
             let found: f64 = network.map(|c| c.flop).sum();
             let expected = 2.0 * model.graph().macs_per_pixel() * size.pixels() as f64;
@@ -283,7 +299,7 @@ mod tests {
 
     #[test]
     fn a_search_and_its_filter_are_counted_by_themselves() {
-        let (_, costs) = costs(ModelConfig::balanced(), Size::px(64, 64));
+        let (_, costs) = costs(ModelConfig::correcting(), Size::px(64, 64));
         let names: Vec<_> = costs[..3].iter().map(|c| c.name.as_str()).collect();
         assert_eq!(names, ["search", "filter", "features"]);
         assert_eq!(costs[0].kind, "agtao, 36 taps");
@@ -293,5 +309,15 @@ mod tests {
         assert_eq!(bytes, [20.0, 24.0, 20.0 + 20.0]);
         assert_eq!(costs[0].flop / pixels, 120.0 + 3.0 * 160.0 + 36.0 * 80.0);
         assert_eq!(costs.last().unwrap().kind, "conv 1x1, correct");
+    }
+
+    #[test]
+    fn a_survey_is_counted_at_the_resolution_of_patches() {
+        let (_, costs) = costs(ModelConfig::balanced(), Size::px(64, 64));
+        let survey = costs.iter().find(|cost| cost.name == "survey").expect("a survey");
+        assert_eq!((survey.kind.as_str(), survey.outputs), ("arcs, 96 taps", 6));
+        assert_eq!((survey.width, survey.height), (16, 16));
+        let whole = search_cost(&ModelConfig::balanced().survey.map(Classic::Arcs).unwrap()).unwrap().search;
+        assert_eq!(survey.flop, whole * 256.0);
     }
 }

@@ -6,6 +6,7 @@ use super::validate::Validation;
 use super::{TrainEvent, TrainEvents};
 use crate::dataset::{Manifest, Split};
 use aonet::net::{Features, SearchConfig};
+use aonet::search::ArcsParams;
 use aonet_scene::error::{Error, Result};
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -28,6 +29,8 @@ pub(crate) struct Loaded {
 struct Wanted {
     features: Features,
     search: Option<SearchConfig>,
+    /// With the side of its patches (px).
+    survey: Option<(ArcsParams, usize)>,
     crop: usize,
     validation_frames: usize,
     /// Shares of the frames that lose their guard band and their second layer, and the seed that says which ones.
@@ -49,6 +52,7 @@ impl<'a> Frames<'a> {
         let wanted = Wanted {
             features: samples::sampled(config.model.features.clone(), config.model.search),
             search: config.model.search,
+            survey: config.model.survey.map(|arcs| (arcs, config.model.patch)),
             crop: config.crop,
             validation_frames: config.validation_frames,
             less: (less != [0.0; 2]).then_some((less, config.seed)),

@@ -15,6 +15,7 @@ mod optimizer;
 pub mod queue;
 mod samples;
 mod ssim;
+mod start;
 mod step;
 #[cfg(test)]
 mod tests;
@@ -61,7 +62,8 @@ pub enum TrainDevice {
 pub struct TrainRun {
     /// Folder of the run; made if missing, resumed if it holds a checkpoint.
     pub dir: PathBuf,
-    /// Weights that a new run starts from; random ones if absent. A run that continues has its own.
+    /// Weights that a new run starts from; random ones if absent. Convolutions may have seen fewer channels: the last ones start
+    /// at zero. A run that continues has its own.
     pub start: Option<Weights>,
     /// VGG-19 weights for the perceptual term; without them the term is off.
     pub vgg: Option<PathBuf>,
@@ -131,7 +133,7 @@ pub fn train_on(
     let checkpoint = run.dir.join(CHECKPOINT);
     let mut state = match (checkpoint.exists(), &run.start) {
         (true, _) => State::load(&checkpoint, &graph)?,
-        (false, Some(start)) => State::new(Weights::new(&graph, start.tensors().clone())?),
+        (false, Some(start)) => State::new(Weights::new(&graph, start::widened(&graph, start))?),
         (false, None) => State::new(Weights::init(&graph, config.seed)),
     };
     let mut log = Log::open(&run.dir, state.moments.step)?;

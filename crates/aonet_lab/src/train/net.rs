@@ -42,12 +42,21 @@ pub(crate) enum Kernels {
     Own,
 }
 
-/// The graph's raw output BxHxW (as Bx1xHxW) for planes BxCxHxW whose size is a multiple of its alignment. The planes are the
-/// network's features and what its search found, as far as they do not show it: see [`sampled`](super::samples::sampled).
+/// What a network reads of crops whose size is a multiple of its alignment.
+#[derive(Debug, Clone)]
+pub(crate) struct Seen {
+    /// BxCxHxW: the network's features and what its search found, as far as they do not show it: see
+    /// [`sampled`](super::samples::sampled).
+    pub(crate) planes: Tensor<4>,
+    /// BxSxH'xW': a cell for every patch, if the network has a survey.
+    pub(crate) survey: Option<Tensor<4>>,
+}
+
+/// The graph's raw output BxHxW (as Bx1xHxW).
 pub(crate) fn forward(
     graph: &Graph,
     params: &BTreeMap<String, Param>,
-    planes: Tensor<4>,
+    Seen { planes, survey }: Seen,
     by: Kernels,
 ) -> Tensor<4> {
     let mut values: Vec<Tensor<4>> = Vec::with_capacity(graph.nodes().len());
@@ -56,6 +65,7 @@ pub(crate) fn forward(
         let result = match &node.op {
             Op::Search { search } => found(graph, *search, &planes),
             Op::Input { .. } => first_planes(&planes, node.channels),
+            Op::Survey { .. } => survey.clone().expect("what the survey found"),
             Op::PatchPartition { input, patch } => patch_partition(of(input), *patch),
             Op::PatchMerge { input, patch } => patch_merge(of(input), *patch),
             Op::Conv { input, name, size, groups, activation } => {

@@ -289,6 +289,7 @@ mod tests {
         let normals = ModelConfig {
             features: Features::normal(),
             search: None,
+            survey: None,
             output: Output::Visibility,
             ..small.model.clone()
         };

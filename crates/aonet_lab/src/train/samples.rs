@@ -4,9 +4,11 @@ use super::config::{Augment, TrainConfig};
 use crate::dataset::FrameEntry;
 use crate::dataset::Manifest;
 use crate::frame::{Frame, FrameHints};
-use aonet::internals::features::{search_planes, write_features};
+use aonet::internals::features::{search_planes, survey_planes, write_features};
+use aonet::internals::graph::SURVEYED;
 use aonet::net::{Channel, Features, SearchConfig};
-use aonet::{AoImage, AoParams, GBuffer};
+use aonet::search::ArcsParams;
+use aonet::{AoImage, AoParams, GBuffer, Size};
 use aonet_scene::error::{Error, Result};
 use aonet_scene::random::Random;
 use half::f16;
@@ -20,8 +22,19 @@ pub(crate) struct Sample {
     features_of: Features,
     /// A plane for each channel.
     features: Vec<Plane>,
+    /// If the network has a survey.
+    survey: Option<Survey>,
     /// Visibility.
     target: Plane,
+}
+
+/// What a survey finds in the picture of a frame.
+struct Survey {
+    /// Side (px).
+    patch: usize,
+    /// Columns of whole patches.
+    columns: usize,
+    planes: Vec<Plane>,
 }
 
 /// HxW values, small: thousands of frames are held in memory.
@@ -63,8 +76,18 @@ struct Square {
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Crop {
     pub(crate) features: Vec<f32>,
+    /// If the network has a survey.
+    pub(crate) survey: Option<CropSurvey>,
     pub(crate) target: Vec<f32>,
     pub(crate) foreground: Vec<f32>,
+}
+
+/// The cells of a crop, value by value.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct CropSurvey {
+    /// Side (px).
+    pub(crate) patch: usize,
+    pub(crate) values: Vec<f32>,
 }
 
 /// Crops with less geometry than this are drawn again, a few times. guess
@@ -96,7 +119,13 @@ impl Sample {
         let gbuffer = seen_of(frame.gbuffer, config, entry);
         let model = &config.model;
         let all = sampled(model.features.clone(), model.search);
-        Self::new((&gbuffer, params), &ao, all, model.search).map_err(Error::in_file(&path))
+        let mut sample =
+            Self::new((&gbuffer, params), &ao, all, model.search).map_err(Error::in_file(&path))?;
+        if let Some(arcs) = model.survey {
+            sample.survey =
+                Some(Survey::new(&arcs, (&gbuffer, params), model.patch).map_err(Error::in_file(&path))?);
+        }
+        Ok(sample)
     }
 
     fn new(
@@ -126,7 +155,8 @@ impl Sample {
             }
         };
         let features = features_of.channels().iter().zip(planes.chunks_exact(pixels)).map(plane).collect();
-        Ok(Self { width, height, features_of, features, target: Plane::bytes(ao.visibility()) })
+        let target = Plane::bytes(ao.visibility());
+        Ok(Self { width, height, features_of, features, survey: None, target })
     }
 
     /// Mean visibility over the whole frame.
@@ -141,6 +171,7 @@ impl Sample {
         let area = side * side;
         let mut crop = Crop {
             features: vec![0.0; self.features_of.channels().len() * area],
+            survey: self.survey.as_ref().map(|survey| survey.crop(square, symmetry)),
             target: vec![0.0; area],
             foreground: vec![0.0; area],
         };
@@ -177,6 +208,33 @@ impl Sample {
                 | Channel::SecondLayer => put(c, value(c)),
             }
         }
+    }
+}
+
+impl Survey {
+    /// # Errors
+    /// When a parameter is out of its range, or the picture is smaller than a patch.
+    fn new(arcs: &ArcsParams, (gbuffer, params): (&GBuffer, AoParams), patch: usize) -> aonet::Result<Self> {
+        let (size, margin) = (gbuffer.window().size(), gbuffer.window().margin());
+        let cells = Size::new(size.width() / patch, size.height() / patch)?;
+        let found = survey_planes(arcs, gbuffer, params, [margin.x, margin.y], (cells, patch))?;
+        let plane = |c: usize| {
+            let lines = found.chunks_exact(cells.width()).skip(c).step_by(SURVEYED);
+            Plane::bytes(&lines.flatten().copied().collect::<Vec<_>>())
+        };
+        Ok(Self { patch, columns: cells.width(), planes: (0..SURVEYED).map(plane).collect() })
+    }
+
+    /// The cells of a square whose edges lie on those of patches, turned by `symmetry`.
+    fn crop(&self, Square { x, y, side }: Square, symmetry: Symmetry) -> CropSurvey {
+        let Self { patch, columns, planes } = self;
+        let side = side / patch;
+        let value = |i: usize| {
+            let (plane, to) = (&planes[i / (side * side)], i % (side * side));
+            let (row, column) = symmetry.source(to / side, to % side, side);
+            plane.value((y / patch + row) * columns + x / patch + column)
+        };
+        CropSurvey { patch: *patch, values: (0..SURVEYED * side * side).map(value).collect() }
     }
 }
 
@@ -257,8 +315,10 @@ pub(crate) fn draw(samples: &[Sample], config: &TrainConfig, step: u64, index: u
     let mut best: Option<(f32, Crop)> = None;
     for _ in 0..DRAWS {
         let sample = &samples[random.below(samples.len())];
-        let x = random.below(sample.width - config.crop + 1);
-        let y = random.below(sample.height - config.crop + 1);
+        // Cells of a survey cannot be divided.
+        let grid = sample.survey.as_ref().map_or(1, |survey| survey.patch);
+        let x = grid * random.below((sample.width - config.crop) / grid + 1);
+        let y = grid * random.below((sample.height - config.crop) / grid + 1);
         let crop = sample.crop(Square { x, y, side: config.crop }, symmetry(config.augment, &mut random));
         let share = crop.foreground.iter().sum::<f32>() / crop.foreground.len() as f32;
         if share >= LEAST_FOREGROUND {
@@ -323,6 +383,32 @@ mod tests {
         for (i, (n, e)) in plain.features.iter().zip(&encoded.features).enumerate() {
             let expected = 0.5 * (n + 1.0) * plain.foreground[i % 256];
             assert!((e - expected).abs() < 1e-3, "{i}: {n} {e}");
+        }
+    }
+
+    /// A wall that blocks the right half of the picture's light: cells of a crop, also of a turned one, are those beside its pixels.
+    #[test]
+    fn cells_lie_where_their_pixels_do() {
+        let camera = Camera::new(Projection::Perspective { fov_y: 1.0 }, Size::px(64, 64)).unwrap();
+        let depth = |i: usize| if i % 64 < 32 { 4.0 } else { 3.0 + (i / 64) as f32 * 0.01 };
+        let gbuffer =
+            GBuffer::new(camera, (0..4096).map(depth).collect::<Vec<_>>(), vec![[0.0, 0.0, 1.0]; 4096])
+                .unwrap();
+        let params = AoParams::new(2.0).unwrap();
+        let arcs = ArcsParams { denoise_passes: 0, ..ArcsParams::default() };
+        let whole = survey_planes(&arcs, &gbuffer, params, [0, 0], (Size::px(16, 16), 4)).unwrap();
+        let survey = Survey::new(&arcs, (&gbuffer, params), 4).unwrap();
+        let square = Square { x: 16, y: 8, side: 32 };
+        let of = |mirror, quarter_turns| survey.crop(square, Symmetry { mirror, quarter_turns }).values;
+        let (plain, mirrored, turned) = (of(false, 0), of(true, 0), of(false, 1));
+        assert!(plain.iter().any(|value| *value > 0.2), "something is hidden or hit");
+        for (i, value) in plain.iter().enumerate() {
+            let (c, y, x) = (i / 64, i / 8 % 8, i % 8);
+            let expected = whole[((y + 2) * SURVEYED + c) * 16 + x + 4];
+            assert!((value - expected).abs() <= 0.5 / 255.0 + 1e-6, "{c} {y} {x}: {value}, not {expected}");
+            assert_eq!(mirrored[(c * 8 + y) * 8 + 7 - x], *value);
+            // The top right corner comes to the top left.
+            assert_eq!(turned[(c * 8 + 7 - x) * 8 + y], *value);
         }
     }
 

@@ -1,7 +1,7 @@
 //! Loss and gradients of one batch.
 
 use super::loss::Loss;
-use super::net::{self, Kernels, Param};
+use super::net::{self, Kernels, Param, Seen};
 use super::optimizer::Gradients;
 use super::samples::Crop;
 use aonet::internals::graph::Graph;
@@ -61,10 +61,15 @@ impl Stepper<'_> {
 
     fn of_crops(&self, weights: &Weights, crops: &[Crop], by: Kernels) -> (Losses, Gradients) {
         let params = net::upload(weights, self.device);
-        let visibility = net::forward(self.graph, &params, self.stack(crops, |c| &c.features), by);
+        let patch = crops[0].survey.as_ref().map(|survey| survey.patch);
+        let survey = patch.map(|patch| {
+            self.stack(crops, self.side / patch, |c| &c.survey.as_ref().expect("in every crop").values)
+        });
+        let seen = Seen { planes: self.stack(crops, self.side, |c| &c.features), survey };
+        let visibility = net::forward(self.graph, &params, seen, by);
         let visibility = leaky_clamp(visibility, self.leak);
-        let foreground = self.stack(crops, |c| &c.foreground);
-        let target = self.stack(crops, |c| &c.target) * foreground.clone();
+        let foreground = self.stack(crops, self.side, |c| &c.foreground);
+        let target = self.stack(crops, self.side, |c| &c.target) * foreground.clone();
         // The background is out of the loss: both images are zero there.
         let terms = self.loss.of(visibility * foreground, target);
         let mut tape = terms.total.backward();
@@ -90,11 +95,11 @@ impl Stepper<'_> {
     }
 
     /// BxCxSxS from one part of every crop.
-    fn stack(&self, crops: &[Crop], part: impl Fn(&Crop) -> &Vec<f32>) -> Tensor<4> {
-        let area = self.side * self.side;
+    fn stack(&self, crops: &[Crop], side: usize, part: impl Fn(&Crop) -> &Vec<f32>) -> Tensor<4> {
+        let area = side * side;
         let values: Vec<f32> = crops.iter().flat_map(|c| part(c).iter().copied()).collect();
         let channels = values.len() / crops.len() / area;
-        Tensor::from_data(TensorData::new(values, [crops.len(), channels, self.side, self.side]), self.device)
+        Tensor::from_data(TensorData::new(values, [crops.len(), channels, side, side]), self.device)
     }
 }
 

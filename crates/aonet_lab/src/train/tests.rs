@@ -7,7 +7,7 @@ use super::samples::{self, Crop};
 use super::step::{Stepper, single_threaded_pools};
 use super::{Augment, LossConfig, Optimizer, TrainConfig, TrainDevice, TrainRun, net, train};
 use crate::dataset::{DatasetParams, DatasetPlan, Manifest, Preset, Work};
-use aonet::internals::graph::Graph;
+use aonet::internals::graph::{Graph, SURVEYED};
 use aonet::internals::naive::{self, Inputs, Planes};
 use aonet::internals::weights::Weights;
 use aonet::net::{
@@ -51,11 +51,22 @@ fn features(channels: usize, (height, width): (usize, usize)) -> Planes {
 }
 
 fn through_the_trainer(model: &Model, input: &Planes, by: Kernels) -> Vec<f32> {
-    let device = Device::flex();
-    let data = TensorData::new(input.values.clone(), [1, input.channels, input.height, input.width]);
-    let params = net::upload(model.weights(), &device.clone().autodiff());
-    let input = Tensor::<4>::from_data(data, &device.autodiff());
-    net::forward(model.graph(), &params, input, by).into_data().try_into_vec().unwrap()
+    through_the_trainer_with(model, (input, None), by)
+}
+
+fn through_the_trainer_with(
+    model: &Model,
+    (input, survey): (&Planes, Option<&Planes>),
+    by: Kernels,
+) -> Vec<f32> {
+    let device = Device::flex().autodiff();
+    let params = net::upload(model.weights(), &device);
+    let tensor = |planes: &Planes| {
+        let shape = [1, planes.channels, planes.height, planes.width];
+        Tensor::<4>::from_data(TensorData::new(planes.values.clone(), shape), &device)
+    };
+    let seen = net::Seen { planes: tensor(input), survey: survey.map(tensor) };
+    net::forward(model.graph(), &params, seen, by).into_data().try_into_vec().unwrap()
 }
 
 fn largest_difference(a: &[f32], b: &[f32]) -> f32 {
@@ -108,7 +119,7 @@ fn the_trainer_agrees_with_the_oracle_for_the_baselines_and_without_skips() {
 
 #[test]
 fn the_trainer_agrees_with_the_oracle_about_searches() {
-    let ours = small(ModelConfig::balanced());
+    let ours = small(ModelConfig::correcting());
     let unseen = ModelConfig { features: Features::normal(), ..ours.clone() };
     let uncorrected = ModelConfig { output: Output::Visibility, ..ours.clone() };
     let kernels = ModelConfig { kernel: KernelWeights::Linear, ..ours.clone() };
@@ -140,11 +151,32 @@ fn the_trainer_agrees_with_the_oracle_about_searches() {
         let inputs = Inputs {
             features: plane(channels, planes.values[..channels * area].to_vec()),
             search: Some(plane(search.planes(), found)),
+            survey: None,
         };
         let expected = naive::evaluate(&model, &inputs).values;
         for by in [Kernels::Framework, Kernels::Own] {
             let difference = largest_difference(&expected, &through_the_trainer(&model, &planes, by));
             assert!(difference < AGREEMENT, "{:?}, {by:?}: {difference}", model.config());
+        }
+    }
+}
+
+#[test]
+fn the_trainer_agrees_with_the_oracle_about_surveys() {
+    let arcs = ArcsParams { denoise_passes: 0, ..ArcsParams::default() };
+    for patch in [1, 4] {
+        let config = ModelConfig { patch, survey: Some(arcs), ..small(ModelConfig::correcting()) };
+        let model = model(config, 3);
+        let planes = features(5, (64, 64));
+        let cells = features(SURVEYED, (64 / patch, 64 / patch));
+        let horizon = planes.values[4 * 64 * 64..].iter().map(|occlusion| 1.0 - occlusion).collect();
+        let search = Some(Planes { channels: 1, height: 64, width: 64, values: horizon });
+        let inputs = Inputs { features: planes.clone(), search, survey: Some(cells.clone()) };
+        let expected = naive::evaluate(&model, &inputs).values;
+        for by in [Kernels::Framework, Kernels::Own] {
+            let found = through_the_trainer_with(&model, (&planes, Some(&cells)), by);
+            let difference = largest_difference(&expected, &found);
+            assert!(difference < AGREEMENT, "patches of {patch}, {by:?}: {difference}");
         }
     }
 }
@@ -186,7 +218,8 @@ fn crops(count: u64, channels: usize) -> Vec<Crop> {
         let mut random = noise(seed);
         let foreground: Vec<f32> = (0..1024).map(|i| f32::from(i % 7 != 0)).collect();
         let target = (0..1024).map(|_| 0.5 + 0.5 * random()).collect();
-        Crop { features: (0..channels * 1024).map(|_| random()).collect(), target, foreground }
+        let features = (0..channels * 1024).map(|_| random()).collect();
+        Crop { features, survey: None, target, foreground }
     };
     (0..count).map(crop).collect()
 }
@@ -272,7 +305,7 @@ pub(super) fn tiny_dataset(dir: &Path) -> Manifest {
 }
 
 pub(super) fn tiny_config(steps: u64) -> TrainConfig {
-    let model = ModelConfig { encoder: vec![24, 32], decoder: vec![24], ..ModelConfig::balanced() };
+    let model = ModelConfig { encoder: vec![24, 32], decoder: vec![24], ..ModelConfig::correcting() };
     TrainConfig {
         steps,
         batch: 2,

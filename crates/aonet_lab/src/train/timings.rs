@@ -27,6 +27,7 @@ fn crop(channels: usize, seed: usize) -> Crop {
     let wave = |i: usize| ((i * 7919 + seed * 31) % 1021) as f32 / 1021.0;
     Crop {
         features: (0..channels * pixels).map(|i| 2.0 * wave(i) - 1.0).collect(),
+        survey: None,
         target: (0..pixels).map(wave).collect(),
         foreground: vec![1.0; pixels],
     }

@@ -10,6 +10,10 @@ pub(crate) fn build(config: &ModelConfig) -> Graph {
     let input = inputs.features;
     let patch = config.patch;
     let mut x = if patch > 1 { graph.push(Op::PatchPartition { input, patch }, 0) } else { input };
+    if let Some(arcs) = config.survey {
+        let survey = graph.push(Op::Survey { arcs, patch }, 0);
+        x = graph.push(Op::Concat { first: x, second: survey }, 0);
+    }
     let mut skips = Vec::new();
     for (level, &channels) in config.encoder.iter().enumerate() {
         if level > 0 {

@@ -59,7 +59,7 @@ mod tests {
     use super::*;
     use crate::net::config::{Axis, Channel, Features, KernelWeights, Output, SearchConfig};
     use crate::net::graph::Node;
-    use crate::search::AgtaoParams;
+    use crate::search::{AgtaoParams, ArcsParams};
 
     #[test]
     fn the_papers_network_has_the_sizes_worked_out_by_hand() {
@@ -111,13 +111,14 @@ mod tests {
 
     #[test]
     fn ours_costs_less_than_the_papers() {
-        let [ours, paper] = [ModelConfig::balanced(), ModelConfig::paper()].map(|c| Graph::new(&c).unwrap());
+        let [ours, paper] =
+            [ModelConfig::correcting(), ModelConfig::paper()].map(|c| Graph::new(&c).unwrap());
         assert!(ours.params_count() < paper.params_count() && ours.macs_per_pixel() < paper.macs_per_pixel());
     }
 
     #[test]
     fn parameter_names_are_unique() {
-        let params = Graph::new(&ModelConfig::balanced()).unwrap().params();
+        let params = Graph::new(&ModelConfig::correcting()).unwrap().params();
         let names: std::collections::BTreeSet<_> = params.iter().map(|p| &p.name).collect();
         assert_eq!(names.len(), params.len());
     }
@@ -137,7 +138,19 @@ mod tests {
         let shown = Features::normal().with(Channel::HorizonOcclusion);
         assert!(error(ModelConfig { features: shown, ..paper() }).contains("search"));
         let bad = SearchConfig::Agtao(AgtaoParams { power: f32::NAN, ..AgtaoParams::default() });
-        assert!(error(ModelConfig { search: Some(bad), ..ModelConfig::balanced() }).contains("power"));
+        assert!(error(ModelConfig { search: Some(bad), ..ModelConfig::correcting() }).contains("power"));
+        let survey = |survey| ModelConfig { survey: Some(survey), ..ModelConfig::correcting() };
+        assert!(
+            error(survey(ArcsParams { denoise_passes: 1, ..ArcsParams::default() }))
+                .contains("denoise_passes 0")
+        );
+        let bad = ArcsParams { denoise_passes: 0, hit: f32::NAN, ..ArcsParams::default() };
+        assert!(error(survey(bad)).contains("hit"));
+        let of_baseline = ModelConfig {
+            survey: Some(ArcsParams { denoise_passes: 0, ..ArcsParams::default() }),
+            ..ModelConfig::deep_ao()
+        };
+        assert!(Graph::new(&of_baseline).is_err());
         for channels in [vec![], vec![Channel::Depth], vec![Channel::Normal(Axis::X)]] {
             assert!(error(ModelConfig { features: Features::new(channels), ..paper() }).contains("features"));
         }
@@ -146,15 +159,26 @@ mod tests {
     }
 
     #[test]
+    fn the_first_convolution_sees_the_survey_beside_the_features() {
+        let survey = Some(ArcsParams { denoise_passes: 0, ..ArcsParams::default() });
+        for patch in [1, 4] {
+            let graph = Graph::new(&ModelConfig { patch, survey, ..ModelConfig::correcting() }).unwrap();
+            let surveys = graph.nodes().iter().filter(|node| matches!(node.op, Op::Survey { .. }));
+            assert!(surveys.map(|node| (node.channels, node.stride)).eq([(6, patch)]));
+            assert_eq!(graph.params()[0].shape, [32, 5 * patch * patch + 6, 3, 3]);
+        }
+    }
+
+    #[test]
     fn searches_feed_what_reads_them() {
-        let both = Graph::new(&ModelConfig::balanced()).unwrap();
+        let both = Graph::new(&ModelConfig::correcting()).unwrap();
         let search = Op::Search { search: SearchConfig::tuned() };
         assert_eq!(both.nodes()[0], Node { op: search, channels: 1, stride: 1 });
         assert!(matches!(both.nodes()[1].op, Op::Input { search: Some(0), .. }));
         assert!(matches!(both.nodes()[both.output()].op, Op::Correct { search: 0, .. }));
-        let unseen = ModelConfig { features: Features::normal(), ..ModelConfig::balanced() };
+        let unseen = ModelConfig { features: Features::normal(), ..ModelConfig::correcting() };
         assert!(matches!(Graph::new(&unseen).unwrap().nodes()[1].op, Op::Input { search: None, .. }));
-        let kernels = ModelConfig { kernel: KernelWeights::Linear, ..ModelConfig::balanced() };
+        let kernels = ModelConfig { kernel: KernelWeights::Linear, ..ModelConfig::correcting() };
         let kernels = Graph::new(&kernels).unwrap();
         let Op::Correct { correction, .. } = kernels.nodes()[kernels.output()].op else {
             panic!("no correction")

@@ -2,7 +2,7 @@
 
 use super::{Arch, Channel, Features, KernelWeights, ModelConfig, Output, SearchConfig, Skips};
 use crate::error::{Error, Result};
-use crate::search::AgtaoParams;
+use crate::search::{AgtaoParams, ArcsParams};
 use serde::Deserialize;
 
 /// The search of every network whose file names its features by one name: such files do not hold the parameters.
@@ -29,6 +29,7 @@ pub(super) struct ConfigFile {
     kernel: KernelOfFile,
     output: Option<Output>,
     search: Option<SearchConfig>,
+    survey: Option<ArcsParams>,
     encoder: Vec<usize>,
     decoder: Vec<usize>,
     #[serde(default)]
@@ -74,6 +75,7 @@ impl TryFrom<ConfigFile> for ModelConfig {
             kernel,
             output: file.output.unwrap_or(output_of_kernel),
             search: file.search.or(search_of_old),
+            survey: file.survey,
             encoder: file.encoder,
             decoder: file.decoder,
             skips: file.skips,
@@ -84,9 +86,8 @@ impl TryFrom<ConfigFile> for ModelConfig {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::net::{Model, shipped};
 
-    /// The configuration of the shipped network, as files of format 1 hold it.
+    /// The configuration of a network that corrects a search, as files of format 1 hold it.
     const OLD: &str = r#"{"arch": "ao_net", "features": "normal_radius_horizon", "patch": 4, "kernel": "correction",
         "encoder": [32, 48, 64, 64, 48], "decoder": [48, 56, 48, 32]}"#;
 
@@ -100,7 +101,7 @@ mod tests {
         assert_eq!(old.features, Features::normal_radius_horizon());
         assert_eq!((old.kernel, old.output), (KernelWeights::Off, Output::Correction));
         assert_eq!(old.search, Some(SEARCH_OF_OLD_FILES));
-        assert_eq!(&old, Model::from_bytes(shipped::BALANCED).unwrap().config());
+        assert_eq!(old, ModelConfig { search: old.search, ..ModelConfig::correcting() });
         for name in ["normal", "normal_encoded", "normal_depth", "normal_projected_radius"] {
             let json = OLD.replace("normal_radius_horizon", name).replace("correction", "linear");
             let config = config(&json).unwrap();
@@ -127,7 +128,7 @@ mod tests {
 
     #[test]
     fn a_list_of_channels_brings_its_own_search() {
-        let mut value = serde_json::to_value(ModelConfig::balanced()).unwrap();
+        let mut value = serde_json::to_value(ModelConfig::correcting()).unwrap();
         value.as_object_mut().unwrap().remove("search");
         let without: ModelConfig = serde_json::from_value(value).unwrap();
         assert!(without.checked().unwrap_err().to_string().contains("search"));

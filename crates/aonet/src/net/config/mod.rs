@@ -6,6 +6,7 @@ mod search;
 
 use crate::error::{Error, Result};
 use crate::net::kernel::TAPS;
+use crate::search::ArcsParams;
 use serde::{Deserialize, Serialize};
 
 pub use features::{Axis, Channel, Features};
@@ -89,6 +90,10 @@ pub struct ModelConfig {
     /// The search that runs before the network, for the channels that show one, [`Output::Correction`] and [`Output::Shares`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub search: Option<SearchConfig>,
+    /// Connected arcs from one pixel of every patch, whose shares of light the first convolution sees beside the features: what a search
+    /// costs at the resolution that the network computes at. [`Arch::AoNet`] only, and without a filter.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub survey: Option<ArcsParams>,
     /// Channels of each encoder level, finest first; each level halves the resolution of the one before.
     pub encoder: Vec<usize>,
     /// Channels of each decoder level, coarsest first: one fewer than `encoder`.
@@ -111,6 +116,7 @@ impl ModelConfig {
             kernel: KernelWeights::Linear,
             output: Output::Visibility,
             search: None,
+            survey: None,
             encoder: vec![32, 48, 64, 96],
             decoder: vec![64, 48, 32],
             skips: Skips::Concat,
@@ -126,6 +132,7 @@ impl ModelConfig {
             kernel: KernelWeights::Off,
             output: Output::Visibility,
             search: None,
+            survey: None,
             encoder: vec![8, 16, 32, 64, 128, 256],
             decoder: vec![128, 64, 32, 16, 1],
             skips: Skips::Concat,
@@ -151,7 +158,7 @@ impl ModelConfig {
 
     /// Ours: corrects a horizon search, knows the radius, has one more level and no kernels; fewer
     /// multiplications than the paper's.
-    pub fn balanced() -> Self {
+    pub fn correcting() -> Self {
         Self {
             features: Features::normal_radius_horizon(),
             kernel: KernelWeights::Off,
@@ -161,6 +168,19 @@ impl ModelConfig {
             decoder: vec![48, 56, 48, 32],
             ..Self::paper()
         }
+    }
+
+    /// The same with a survey, as the shipped network `balanced` has it.
+    pub fn balanced() -> Self {
+        // What `high` was trained with, for twice as many slices.
+        let survey = ArcsParams {
+            slices: 6,
+            distribution: 1.592,
+            angle_bias: 1.2033,
+            denoise_passes: 0,
+            ..ArcsParams::default()
+        };
+        Self { survey: Some(survey), ..Self::correcting() }
     }
 
     /// The configuration after a check of every field.
@@ -185,6 +205,7 @@ impl ModelConfig {
         }
         self.check_features()?;
         self.check_search()?;
+        self.check_survey()?;
         let published = match self.arch {
             Arch::AoNet => return Ok(self),
             Arch::DeepShading => Self::deep_shading(),
@@ -213,6 +234,14 @@ impl ModelConfig {
             return Err(Error::config("features", "a normal first, plain or encoded", first));
         }
         Ok(())
+    }
+
+    fn check_survey(&self) -> Result<()> {
+        match self.survey.map(|survey| SearchConfig::Arcs(survey).checked().map(|_| survey.denoise_passes)) {
+            None | Some(Ok(0)) => Ok(()),
+            Some(Ok(passes)) => Err(Error::config("survey", "denoise_passes 0: it has no filter", passes)),
+            Some(Err(error)) => Err(error),
+        }
     }
 
     fn check_search(&self) -> Result<()> {

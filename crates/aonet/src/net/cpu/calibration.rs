@@ -36,7 +36,9 @@ impl Session {
 /// The buffer that a step writes for convolutions to read.
 fn written_by(plan: &Plan, step: usize) -> Option<usize> {
     match &plan.steps[step] {
-        Step::Features { output, .. } | Step::Conv(ConvStep { output, .. }) => Some(*output),
+        Step::Features { output, .. } | Step::Survey { output, .. } | Step::Conv(ConvStep { output, .. }) => {
+            Some(*output)
+        }
         Step::Surfels { .. }
         | Step::Search { .. }
         | Step::Filter { .. }

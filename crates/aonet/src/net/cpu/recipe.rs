@@ -70,7 +70,7 @@ impl<'a> Recipe<'a> {
     }
 }
 
-/// Name of a buffer in [`Ranges`]: its convolution's, or that of the features.
+/// Name of a buffer in [`Ranges`]: its convolution's, `survey`, or `features`.
 pub(super) fn buffer_name(plan: &Plan, buffer: BufferId) -> &str {
     let written = plan.steps.iter().find_map(|step| match step {
         Step::Conv(plan::ConvStep { name, output, .. }) if *output == buffer => Some(name.as_str()),
@@ -81,6 +81,7 @@ pub(super) fn buffer_name(plan: &Plan, buffer: BufferId) -> &str {
         | Step::Features { .. }
         | Step::Head(_)
         | Step::Image { .. } => None,
+        Step::Survey { output, .. } => (*output == buffer).then_some("survey"),
     });
     written.unwrap_or("features")
 }

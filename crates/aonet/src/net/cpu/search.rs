@@ -2,8 +2,9 @@
 
 use super::context::Context;
 use crate::net::config::SearchConfig;
-use crate::net::plan::Buffer;
-use crate::search::{self, Screen};
+use crate::net::plan::{Buffer, HALO};
+use crate::search::survey::{Cells, survey_band};
+use crate::search::{self, ArcsParams, Screen};
 
 /// Packs the normals of both layers.
 #[derive(Debug)]
@@ -41,6 +42,34 @@ impl Search {
         workers.for_each_band(output, self.output.row_len(), |band| match self.search {
             SearchConfig::Agtao(params) => search::agtao_band(isa, params, screen, band),
             SearchConfig::Arcs(params) => search::arcs_band(isa, (params, surfels), screen, band),
+        });
+    }
+}
+
+/// Connected arcs from one pixel of every patch. See [`crate::net::graph::Op::Survey`].
+#[derive(Debug)]
+pub(super) struct Survey {
+    pub(super) arcs: ArcsParams,
+    /// Packed normals.
+    pub(super) surfels: [Buffer; 2],
+    /// Planar.
+    pub(super) output: Buffer,
+    /// Side (px).
+    pub(super) patch: usize,
+}
+
+impl Survey {
+    /// Runs over the arena.
+    pub(super) fn run(&self, context: Context<'_>, screen: &Screen<'_>) {
+        let Context { isa, workers, arena } = context;
+        let [first, second] = self.surfels.each_ref().map(Buffer::range);
+        let [output, first, second] = arena
+            .get_disjoint_mut([self.output.range(), first, second])
+            .expect("live buffers do not overlap");
+        let cells = Cells { origin: [0, 0], patch: self.patch, columns: self.output.width, halo: HALO };
+        let (arcs, surfels) = (self.arcs, [&*first, &*second]);
+        workers.for_each_band(output, self.output.row_len(), |band| {
+            survey_band(isa, (arcs, surfels), screen, (cells, band));
         });
     }
 }

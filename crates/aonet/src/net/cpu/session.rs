@@ -7,7 +7,7 @@ use super::head::Head;
 use super::image::Image;
 use super::precision::{Arithmetic, Precision};
 use super::recipe::Recipe;
-use super::search::{Filter, Search, Surfels};
+use super::search::{Filter, Search, Surfels, Survey};
 use super::winograd::{self, Winograd};
 use crate::error::{Error, Result};
 use crate::frame::ao_image::{AoImage, AoParams};
@@ -63,6 +63,7 @@ enum Prepared {
     Search(Search),
     Filter(Filter),
     Features(PartitionFeatures),
+    Survey(Survey),
     Conv(Conv),
     Winograd(Winograd),
     Head(Box<Head>),
@@ -147,6 +148,7 @@ impl Session {
                 Prepared::Search(step) => step.run(context, screen),
                 Prepared::Filter(step) => step.run(context, screen),
                 Prepared::Features(step) => step.run(context, &self.features, gbuffer, params),
+                Prepared::Survey(step) => step.run(context, screen),
                 Prepared::Conv(conv) => conv.run(context),
                 Prepared::Winograd(conv) => conv.run(context),
                 Prepared::Head(head) => head.run(context, gbuffer, buffer),
@@ -203,6 +205,12 @@ impl Prepared {
                 search: search.map(buffer),
                 output: buffer(*output),
             }),
+            Step::Survey { arcs, surfels, output, patch } => Self::Survey(Survey {
+                arcs: *arcs,
+                surfels: surfels.map(buffer),
+                output: buffer(*output),
+                patch: *patch,
+            }),
             Step::Conv(step) => match winograd::pays(plan, step) && recipe.arithmetic.packed() <= 2 {
                 true => Self::Winograd(Winograd::new(recipe, step)?),
                 false => Self::Conv(Conv::new(recipe, step)?),
@@ -214,7 +222,7 @@ impl Prepared {
 
     fn scratch_len(&self) -> usize {
         match self {
-            Self::Surfels(_) | Self::Search(_) | Self::Filter(_) => 0,
+            Self::Surfels(_) | Self::Search(_) | Self::Filter(_) | Self::Survey(_) => 0,
             Self::Features(step) => step.scratch_len(),
             Self::Conv(conv) => conv.scratch_len(),
             Self::Winograd(conv) => conv.scratch_len(),

@@ -38,6 +38,7 @@ mod network;
 mod session;
 #[cfg(all(test, feature = "gpu", target_os = "linux"))]
 mod statistics;
+pub(crate) mod survey;
 #[cfg(all(test, feature = "gpu"))]
 mod tests;
 mod tiles;

@@ -13,6 +13,7 @@ use crate::net::gpu::features::{self, Target};
 use crate::net::gpu::grids::{Grids, smallest_plan};
 use crate::net::gpu::head::Head;
 use crate::net::gpu::memory::Memory;
+use crate::net::gpu::survey;
 use crate::net::model::Model;
 use crate::net::plan::{BufferId, HeadStep, Plan, Step};
 use crate::search::gpu::{agtao, arcs, denoise, pixels, surfels};
@@ -58,6 +59,7 @@ impl Network {
                 | Step::Search { .. }
                 | Step::Filter { .. }
                 | Step::Features { .. }
+                | Step::Survey { .. }
                 | Step::Image { .. } => {}
             }
         }
@@ -107,6 +109,9 @@ impl Network {
                     let search = search.as_ref().map(place);
                     let target = Target { output: *output, patch: *patch, depth_range, search };
                     features::push(&self.features, target, &context, list);
+                }
+                Step::Survey { arcs, surfels: [_, second], output, patch } => {
+                    survey::push(arcs, (place(second), *output), *patch, (&context, list));
                 }
                 Step::Conv(_) => convs.next().expect("packed for every size").push(&context, list),
                 Step::Head(HeadStep { patch, planes, base, .. }) => {

@@ -43,6 +43,29 @@ pub(super) fn shares(arcs: &ArcsParams, gbuffer: &GBuffer, params: AoParams) -> 
     Planes::from_fn((5, height, width), |c, y, x| pixels[y * width + x][c] as f32)
 }
 
+/// What one pixel of every patch finds: the shares of light, 0 on the background, and 1 if there is a second layer. The pixel is the one
+/// at (patch / 2, patch / 2) of the patch, or the last one of the frame.
+pub(super) fn survey(
+    arcs: &ArcsParams,
+    gbuffer: &GBuffer,
+    params: AoParams,
+    ([columns, rows], patch): ([usize; 2], usize),
+) -> Planes {
+    let screen = Screen::new(gbuffer, params);
+    let layers = f64::from(u8::from(gbuffer.second().is_some()));
+    let of = |i: usize| {
+        let cell = [i % columns, i / columns];
+        let [x, y] = cell.map(|c| c * patch + patch / 2);
+        let (x, y) = (x.min(gbuffer.width() - 1), y.min(gbuffer.height() - 1));
+        match gbuffer.is_foreground(y * gbuffer.width() + x) {
+            true => screen.shares_by(arcs, [x, y], noise_of(cell[0], cell[1])),
+            false => [0.0; 5],
+        }
+    };
+    let cells: Vec<_> = (0..columns * rows).map(of).collect();
+    Planes::from_fn((6, rows, columns), |c, y, x| *cells[y * columns + x].get(c).unwrap_or(&layers) as f32)
+}
+
 /// One side of a slice.
 struct Side<'a> {
     slice: &'a Slice,
@@ -117,8 +140,12 @@ fn between(a: u32, b: u32) -> u64 {
 
 impl Screen<'_> {
     fn shares(&self, params: &ArcsParams, x: usize, y: usize) -> [f64; 5] {
+        self.shares_by(params, [x, y], noise_of(x, y))
+    }
+
+    fn shares_by(&self, params: &ArcsParams, [x, y]: [usize; 2], noise: [f32; 2]) -> [f64; 5] {
         let (normal, viewer) = (self.normal(x, y), self.lens.to_viewer(x, y));
-        let [turn, jitter] = noise_of(x, y).map(f64::from);
+        let [turn, jitter] = noise.map(f64::from);
         let bias = f64::from(params.angle_bias).to_radians();
         let (mut shares, mut open) = ([0.0; 5], 0.0);
         for s in 0..params.slices {

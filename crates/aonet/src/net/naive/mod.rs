@@ -18,6 +18,7 @@ use crate::net::config::KernelWeights;
 use crate::net::graph::{Activation, LEAKY_SLOPE, Op};
 use crate::net::kernel::{FIRST_TAP, GUIDE_CHANNELS, TAPS, WINDOW};
 use crate::net::model::Model;
+use crate::search::ArcsParams;
 
 pub use features::features;
 
@@ -79,22 +80,22 @@ pub struct Inputs {
     pub features: Planes,
     /// The visibility that the search found and the shares that it reports, if the network has a search.
     pub search: Option<Planes>,
+    /// A cell for every patch of the frame that is padded to the graph's alignment, if the network has a survey.
+    pub survey: Option<Planes>,
 }
 
 impl Inputs {
-    /// The same, padded as [`Planes::padded`] does.
-    pub fn padded(&self, step: usize) -> Self {
-        Self {
-            features: self.features.padded(step),
-            search: self.search.as_ref().map(|found| found.padded(step)),
-        }
+    /// The same with features and search padded as [`Planes::padded`] does.
+    pub fn padded(self, step: usize) -> Self {
+        let search = self.search.as_ref().map(|found| found.padded(step));
+        Self { features: self.features.padded(step), search, survey: self.survey }
     }
 }
 
 impl From<Planes> for Inputs {
     /// The inputs of a network without a search.
     fn from(features: Planes) -> Self {
-        Self { features, search: None }
+        Self { features, search: None, survey: None }
     }
 }
 
@@ -103,25 +104,18 @@ impl From<Planes> for Inputs {
 /// # Errors
 /// When the frame's size is out of range.
 pub fn run(model: &Model, gbuffer: &GBuffer, params: AoParams) -> Result<AoImage> {
-    run_with_search(model, gbuffer, params, search(model, gbuffer, params).as_ref())
+    run_on(model, gbuffer, &inputs(model, gbuffer, params))
 }
 
-/// The same with what the search found; none for a network without a search.
+/// The same with what the network reads of the frame, padded to the graph's alignment.
 ///
 /// # Errors
 /// When the frame's size is out of range.
 ///
 /// # Panics
-/// When the network has a search and `search` is none, or of another size than the frame.
-pub fn run_with_search(
-    model: &Model,
-    gbuffer: &GBuffer,
-    params: AoParams,
-    search: Option<&Planes>,
-) -> Result<AoImage> {
-    let features = features::features(&model.config().features, gbuffer, params, search);
-    let inputs = Inputs { features, search: search.cloned() }.padded(model.graph().alignment());
-    let output = evaluate(model, &inputs);
+/// When the inputs are not those of the network, or of another size than the frame.
+pub fn run_on(model: &Model, gbuffer: &GBuffer, inputs: &Inputs) -> Result<AoImage> {
+    let output = evaluate(model, inputs);
     let width = gbuffer.width();
     let visibility = (0..width * gbuffer.height()).map(|i| match gbuffer.is_foreground(i) {
         true => output.at(0, (i / width) as isize, (i % width) as isize),
@@ -138,9 +132,16 @@ pub fn search(model: &Model, gbuffer: &GBuffer, params: AoParams) -> Option<Plan
 
 /// What the network reads of a frame, padded to the graph's alignment by repeating the edge.
 pub fn inputs(model: &Model, gbuffer: &GBuffer, params: AoParams) -> Inputs {
+    let (config, step) = (model.config(), model.graph().alignment());
     let search = search(model, gbuffer, params);
-    let features = features::features(&model.config().features, gbuffer, params, search.as_ref());
-    Inputs { features, search }.padded(model.graph().alignment())
+    let features = features::features(&config.features, gbuffer, params, search.as_ref());
+    let survey = |arcs: &ArcsParams| {
+        let cells =
+            [gbuffer.width(), gbuffer.height()].map(|side| side.next_multiple_of(step) / config.patch);
+        arcs::survey(arcs, gbuffer, params, (cells, config.patch))
+    };
+    let survey = config.survey.as_ref().map(survey);
+    Inputs { features, search, survey }.padded(step)
 }
 
 /// The network's raw output, 1xHxW, for inputs whose size is a multiple of the graph's alignment.
@@ -153,6 +154,7 @@ pub fn evaluate(model: &Model, inputs: &Inputs) -> Planes {
         let result = match &node.op {
             Op::Search { .. } => inputs.search.clone().expect("what the search found"),
             Op::Input { .. } => inputs.features.clone(),
+            Op::Survey { .. } => inputs.survey.clone().expect("what the survey found"),
             Op::PatchPartition { input, patch } => patch_partition(&values[*input], *patch),
             Op::PatchMerge { input, patch } => patch_merge(&values[*input], *patch),
             Op::Conv { input, name, size, activation, .. } => {

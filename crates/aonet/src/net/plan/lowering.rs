@@ -4,7 +4,8 @@ use super::buffer::{Buffer, BufferId, Layout, Lifetime};
 use super::step::{ConvStep, HeadStep, Resample, Source, Step};
 use crate::frame::size::Size;
 use crate::net::config::{KernelWeights, SearchConfig};
-use crate::net::graph::{Activation, Graph, Op, ValueId};
+use crate::net::graph::{Activation, Graph, Op, SURVEYED, ValueId};
+use crate::search::ArcsParams;
 
 /// What a node of the graph became: where its value is.
 #[derive(Debug, Clone)]
@@ -50,11 +51,7 @@ impl<'a> Lowering<'a> {
     fn search(&mut self, search: SearchConfig) -> Lowered {
         let surfels = match search {
             SearchConfig::Agtao(_) => None,
-            SearchConfig::Arcs(_) => {
-                let outputs = [(); 2].map(|()| self.image_buffer(1));
-                self.steps.push(Step::Surfels { outputs });
-                Some(outputs)
-            }
+            SearchConfig::Arcs(_) => Some(self.surfels()),
         };
         let mut found = self.image_buffer(search.planes());
         surfels.into_iter().flatten().for_each(|surfels| self.read(surfels));
@@ -66,6 +63,21 @@ impl<'a> Lowering<'a> {
             found = output;
         }
         Lowered::Search(found)
+    }
+
+    /// Packed normals of both layers.
+    fn surfels(&mut self) -> [BufferId; 2] {
+        let outputs = [(); 2].map(|()| self.image_buffer(1));
+        self.steps.push(Step::Surfels { outputs });
+        outputs
+    }
+
+    fn survey(&mut self, arcs: ArcsParams, patch: usize) -> Lowered {
+        let surfels = self.surfels();
+        let output = self.buffer(Layout::Planar, SURVEYED, patch);
+        surfels.into_iter().for_each(|surfels| self.read(surfels));
+        self.steps.push(Step::Survey { arcs, surfels, output, patch });
+        Lowered::Sources(vec![Source { buffer: output, resample: Resample::None }])
     }
 
     fn features(&mut self, channels: usize, search: Option<&Lowered>) -> Lowered {
@@ -104,6 +116,7 @@ impl<'a> Lowering<'a> {
         match &node.op {
             Op::Search { search } => self.search(*search),
             Op::Input { search, .. } => self.features(node.channels, search.map(|id| &values[id])),
+            Op::Survey { arcs, patch } => self.survey(*arcs, *patch),
             Op::PatchPartition { input, patch } => match values[*input] {
                 Lowered::Features { buffer, patch: 1 } => Lowered::Features { buffer, patch: *patch },
                 _ => panic!("only the features can be partitioned"),

@@ -71,6 +71,9 @@ impl Plan {
             }
             Step::Filter { input, output, .. } => bytes(*input) + bytes(*output),
             Step::Features { search, output, .. } => bytes(*output) + search.map_or(0, bytes),
+            Step::Survey { surfels, output, .. } => {
+                bytes(*output) + surfels.iter().map(|id| bytes(*id)).sum::<usize>()
+            }
             Step::Conv(ConvStep { sources, output, .. }) => {
                 bytes(*output) + sources.iter().map(|s| bytes(s.buffer)).sum::<usize>()
             }

@@ -5,6 +5,7 @@ use crate::net::config::{KernelWeights, SearchConfig};
 use crate::net::graph::Activation;
 #[cfg(doc)]
 use crate::net::graph::Op;
+use crate::search::ArcsParams;
 
 /// How a convolution reads a buffer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -92,6 +93,17 @@ pub enum Step {
     Features {
         /// An image: the visibility that the search found, where the network sees it.
         search: Option<BufferId>,
+        /// Planar.
+        output: BufferId,
+        /// Side of a patch (px).
+        patch: usize,
+    },
+    /// Connected arcs from one pixel of every patch. See [`Op::Survey`].
+    Survey {
+        /// The method's parameters.
+        arcs: ArcsParams,
+        /// Packed normals.
+        surfels: [BufferId; 2],
         /// Planar.
         output: BufferId,
         /// Side of a patch (px).

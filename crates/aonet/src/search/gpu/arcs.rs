@@ -6,7 +6,7 @@ use crate::search::ArcsParams;
 use crate::search::arcs::{MOST_GRAZING, earlier_steps};
 use crate::search::gpu::pixels::{self, Reach};
 use crate::search::gpu::{slices, surfels};
-use crate::search::shares::{GAPS, SHARES};
+use crate::search::shares::{GAPS, PLANES, SHARES};
 use crate::search::side::CONNECTED;
 use crate::search::surfels::LENGTH;
 use crate::search::vbao::SECTORS;
@@ -14,20 +14,30 @@ use crate::search::vbao::SECTORS;
 /// The shader of the search that writes so many planes: the visibility, or [`PLANES`] with the shares. It sees as many layers as
 /// the textures have.
 pub(crate) fn shader(surface: Surface, params: &ArcsParams, planes: usize) -> Shader {
+    with_arcs(pixels::of_planes(surface, reach(params), planes), surface, params)
+}
+
+/// A shader with `planes_at`, which returns visibility and shares, and without an entry point.
+pub(crate) fn shares(surface: Surface, params: &ArcsParams) -> Shader {
+    with_arcs(pixels::around(surface, reach(params), PLANES), surface, params)
+}
+
+fn reach(params: &ArcsParams) -> Reach {
+    Reach { radius_scale: 1.0, power: params.power }
+}
+
+fn with_arcs(pixels: Shader, surface: Surface, params: &ArcsParams) -> Shader {
     let (sin, cos) = params.angle_bias.to_radians().sin_cos();
-    let ArcsParams { slices, steps, power, .. } = *params;
+    let ArcsParams { slices, steps, .. } = *params;
     let layers = surface.textures.layers;
-    let shader = slices::with_slices(
-        pixels::of_planes(surface, Reach { radius_scale: 1.0, power }, planes),
-        (slices, steps),
-    )
-    .number("EARLIER", earlier_steps(layers.count()))
-    .float("SECTORS", SECTORS)
-    .float("CONNECTED", CONNECTED)
-    .float("LEAST_FACING", MOST_GRAZING * LENGTH)
-    .float("COS_BIAS", cos)
-    .float("SIN_BIAS", sin)
-    .number("SHARES", SHARES);
+    let shader = slices::with_slices(pixels, (slices, steps))
+        .number("EARLIER", earlier_steps(layers.count()))
+        .float("SECTORS", SECTORS)
+        .float("CONNECTED", CONNECTED)
+        .float("LEAST_FACING", MOST_GRAZING * LENGTH)
+        .float("COS_BIAS", cos)
+        .float("SIN_BIAS", sin)
+        .number("SHARES", SHARES);
     let floats = |values: &[f32]| values.iter().map(|v| format!("{v:?}")).collect::<Vec<_>>().join(", ");
     surfels::with_normals(shader, layers)
         .part(&slices::distances(&params.spacing()))

@@ -22,6 +22,11 @@ pub(crate) fn shader(surface: Surface, by: Reach) -> Shader {
 
 /// The same for a method that reports so many values for a pixel, with `planes_at`.
 pub(crate) fn of_planes(surface: Surface, by: Reach, planes: usize) -> Shader {
+    around(surface, by, planes).part(include_str!("every_pixel.wgsl"))
+}
+
+/// The same without an entry point, which chooses the pixels.
+pub(crate) fn around(surface: Surface, by: Reach, planes: usize) -> Shader {
     surface
         .shader()
         .float("RADIUS_SCALE", by.radius_scale)

@@ -1,8 +1,6 @@
-// A method that looks around every pixel: places on the screen, and the sum over all. A method adds `planes_at`. CPU twin:
+// A method that looks around every pixel: places on the screen, and what a method sees of the one that it looks around. A method adds
+// `planes_at`. CPU twin:
 // search/screen.rs.
-
-/// Plane by plane.
-@group(1) @binding(0) var<storage, read_write> found: array<f32>;
 
 const PI: f32 = 3.1415927;
 
@@ -50,23 +48,11 @@ fn shown_at(place: vec2<f32>) -> vec3<f32> {
     return position_at(pixel, depth_at(vec2<u32>(pixel), 0u));
 }
 
-@compute @workgroup_size(TILE_WIDTH, TILE_HEIGHT)
-fn main(@builtin(global_invocation_id) id: vec3<u32>) {
-    if (id.x >= frame.size.x || id.y >= frame.size.y) {
-        return;
-    }
-    let surface = surface_at(id.xy);
-    var planes: array<f32, PLANES>;
-    planes[0] = 1.0;
-    if (surface.foreground) {
-        let at = vec2<f32>(id.xy);
-        let position = position_at(at, surface.depth);
-        let to_viewer = select(vec3(0.0, 0.0, 1.0), normalize(-position), perspective());
-        let pixel_size = frame.pixel_size.x * surface.depth + frame.pixel_size.y;
-        let p = Pixel(at, position, surface.normal, to_viewer, frame.radius / pixel_size);
-        planes = planes_at(p, noise_at(id.xy));
-    }
-    for (var c = 0u; c < PLANES; c++) {
-        found[(c * frame.size.y + id.y) * frame.size.x + id.x] = planes[c];
-    }
+/// What a method sees of the pixel that it looks around.
+fn pixel_of(pixel: vec2<u32>, surface: Surface) -> Pixel {
+    let at = vec2<f32>(pixel);
+    let position = position_at(at, surface.depth);
+    let to_viewer = select(vec3(0.0, 0.0, 1.0), normalize(-position), perspective());
+    let pixel_size = frame.pixel_size.x * surface.depth + frame.pixel_size.y;
+    return Pixel(at, position, surface.normal, to_viewer, frame.radius / pixel_size);
 }

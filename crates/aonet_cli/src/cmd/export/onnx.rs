@@ -21,7 +21,7 @@ pub(super) struct OnnxArgs {
     #[arg(long, requires = "onnx")]
     tuned: bool,
     /// Also write what the file takes for this frame, to try it in another runtime: OUT_FRAME.npy beside OUT.onnx, and
-    /// OUT_FRAME_search.npy for a network with a search; may be repeated.
+    /// OUT_FRAME_search.npy and OUT_FRAME_survey.npy for networks that have them; may be repeated.
     #[arg(long, value_name = "FRAME.exr", requires = "onnx")]
     frame: Vec<PathBuf>,
 }

@@ -104,6 +104,9 @@ fn of_step(model: &Model, plan: &Plan, step: &Step, precision: Precision) -> Opt
             let found = search.map_or(0.0, |found| plan.buffers[found].channels as f64 * VISIBILITY);
             cost("features", FEATURES * pixels, (NORMAL + DEPTH + found) * pixels + bytes(*output))
         }
+        Step::Survey { output, .. } => {
+            cost("survey", counted.flop, (NORMAL + DEPTH) * pixels + bytes(*output))
+        }
         // Activations and weights; these are counted as f32.
         Step::Conv(ConvStep { name, .. }) => cost(name, counted.flop, counted.bytes * real / 4.0),
         Step::Head(HeadStep { name, input, guide, kernel, planes, .. }) => {
@@ -143,7 +146,7 @@ mod tests {
         for config in [ModelConfig::paper(), ModelConfig::balanced(), ModelConfig::deep_ao()] {
             let (model, size) = (model(config.clone()), Size::px(256, 128));
             let costs = network_costs(&model, size, Precision::F32).unwrap();
-            let others = ["agtao", "denoise", "depth range", "features", "image"];
+            let others = ["agtao", "denoise", "depth range", "features", "survey", "image"];
             let convs = costs.iter().filter(|c| !others.contains(&c.pass.as_str()));
             let found: f64 = convs.map(|c| c.flop).sum();
             let expected = 2.0 * model.graph().macs_per_pixel() * size.pixels() as f64;

@@ -191,7 +191,7 @@ mod tests {
     fn every_pass_has_a_cost_and_a_time() {
         let Some(device) = device() else { return };
         let (paper, any, size) =
-            (model(ModelConfig::paper()), model(ModelConfig::balanced()), Size::px(64, 48));
+            (model(ModelConfig::paper()), model(ModelConfig::correcting()), Size::px(64, 48));
         let gtao = Classic::named("gtao:tuned").unwrap();
         let flat = Classic::named("ssao").unwrap();
         for (of, costs) in [

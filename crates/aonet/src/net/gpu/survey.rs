@@ -1,0 +1,38 @@
+//! Connected arcs from one pixel of every patch. See [`crate::net::graph::Op::Survey`].
+
+use crate::gpu::options::Layers;
+use crate::gpu::program::{Binding, BufferId, Dispatch, Dispatches};
+use crate::gpu::shader::Shader;
+use crate::gpu::surface::Surface;
+use crate::net::gpu::context::Context;
+use crate::net::gpu::memory::blocks;
+use crate::net::plan;
+use crate::search::ArcsParams;
+use crate::search::gpu::{arcs, pixels};
+use crate::search::survey::SURVEYED;
+
+/// Adds the dispatch; it reads the packed normals of the second layer, if there is one.
+pub(crate) fn push(
+    params: &ArcsParams,
+    (second, output): (BufferId, plan::BufferId),
+    patch: usize,
+    (context, list): (&Context<'_>, &mut Dispatches),
+) {
+    let surface = context.surface;
+    let mut bindings = vec![Binding::Write(context.memory.of(output))];
+    if surface.textures.layers == Layers::Two {
+        bindings.push(Binding::Read(second));
+    }
+    let shader = shader(surface, params, [patch, context.plan.padded.width()]);
+    let variants = vec![(shader, context.grids.of(output).workgroups(pixels::TILE, 1))];
+    list.push(Dispatch { label: "survey", sees_frame: true, variants }, &bindings);
+}
+
+/// Its shader, for patches of this side in frames that are padded to multiples of the alignment (px).
+pub(crate) fn shader(surface: Surface, params: &ArcsParams, [patch, alignment]: [usize; 2]) -> Shader {
+    arcs::shares(surface, params)
+        .number("PATCH", patch)
+        .number("ALIGNMENT", alignment)
+        .number("BLOCKS", blocks(SURVEYED))
+        .part(include_str!("survey.wgsl"))
+}
