@@ -1,6 +1,6 @@
 //! The trained networks that come with the crate, as bytes for [`Model::from_bytes`](super::Model::from_bytes).
 
-/// As [`BALANCED`], with larger patches and a smaller network.
+/// A horizon search and a small network that corrects it, without a survey.
 pub const FAST: &[u8] = include_bytes!("../../models/fast.safetensors");
 
 /// Normals, projected radius, a horizon search, which it corrects, and a survey of the light that is hidden or off the frame: any AO radius,
@@ -22,7 +22,7 @@ pub const ALL: [(&str, &[u8]); 4] =
 mod tests {
     use super::super::{Features, Model};
 
-    const SURVEYING: [&str; 2] = ["fast", "balanced"];
+    const SURVEYING: [&str; 1] = ["balanced"];
 
     #[test]
     fn shipped_models_load_and_stay_small() {

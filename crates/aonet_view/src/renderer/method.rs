@@ -34,10 +34,10 @@ pub enum Method {
     Arcs,
     /// Connected arcs, tuned.
     ArcsTuned,
-    /// The shipped network `fast`, half of `balanced`. All networks but the paper's serve any radius and read the second layer where a
-    /// frame has one.
+    /// The shipped network `fast`, which corrects a horizon search of few taps. All networks but the paper's serve any radius.
     Fast,
-    /// The shipped network `balanced`, which corrects a horizon search and surveys what it cannot see.
+    /// The shipped network `balanced`, which corrects a horizon search and surveys what it cannot see. It and `high` read the
+    /// second layer where a frame has one.
     #[default]
     Balanced,
     /// The shipped network `high`, which weighs what connected arcs find.
@@ -98,7 +98,7 @@ impl Method {
     /// Layers of depth that it reads of frames with these layers.
     pub(super) fn layers(self, of_frame: Layers) -> Layers {
         match self {
-            Self::Arcs | Self::ArcsTuned | Self::Fast | Self::Balanced | Self::High => of_frame,
+            Self::Arcs | Self::ArcsTuned | Self::Balanced | Self::High => of_frame,
             _ => Layers::One,
         }
     }

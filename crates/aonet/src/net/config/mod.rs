@@ -172,9 +172,8 @@ impl ModelConfig {
 
     /// The same with a survey, as the shipped network `balanced` has it.
     pub fn balanced() -> Self {
-        // What `high` was trained with, for twice as many slices.
+        // What `high` was trained with.
         let survey = ArcsParams {
-            slices: 6,
             distribution: 1.592,
             angle_bias: 1.2033,
             denoise_passes: 0,
