@@ -208,9 +208,9 @@ pub(crate) fn middle_depth(surface: &Surface) -> f32 {
 pub(crate) fn model(of: Option<&Path>) -> Result<Model> {
     let Some(path) = of else { return Model::from_bytes(shipped::BALANCED).context("the shipped network") };
     // `any_radius`: the name of `balanced` before there were three sizes.
-    let path = if path == Path::new("any_radius") && !path.exists() { Path::new("balanced") } else { path };
+    let path = if path == Path::new("any_radius") && !path.is_file() { Path::new("balanced") } else { path };
     let named = shipped::ALL.into_iter().find(|(name, _)| path.as_os_str() == *name);
-    if let (false, Some((name, bytes))) = (path.exists(), named) {
+    if let (false, Some((name, bytes))) = (path.is_file(), named) {
         return Model::from_bytes(bytes).with_context(|| format!("the shipped network {name}"));
     }
     let bytes = std::fs::read(path).map_err(Error::io(path)).context(SHIPPED)?;

@@ -40,7 +40,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
         "exr" if args.second.is_some() => frame(path, args.second.as_deref())?,
         _ if args.second.is_some() => bail!("--second needs a frame (.exr), not {}", args.file),
         "safetensors" => model(path)?,
-        "" if !path.exists() && is_shipped(&args.file) => model(path)?,
+        "" if !path.is_file() && is_shipped(&args.file) => model(path)?,
         "exr" => frame(path, None).or_else(|why| match ao(path) {
             Ok(mut facts) => {
                 facts["not_a_frame"] = json!(format!("{why:#}"));

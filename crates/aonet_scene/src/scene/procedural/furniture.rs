@@ -111,8 +111,8 @@ pub(super) fn sofa(width: f32, rng: &mut Rng) -> Mesh {
     let mut mesh = Mesh::default();
     at_corners(&mut mesh, &leg(foot + 0.01, 0.06, rng), vec2(0.5 * width - 0.08, 0.5 * depth - 0.08), 0.0);
     // Behind the faces of the arms: surfaces in one plane flicker where they are rasterised.
-    let base = block(vec3(width - 0.008, seat - foot - 0.12, depth - 0.008), 0.02);
-    mesh.add(&base, Pose::at(0.0, foot + 0.004, 0.0));
+    let base = block(vec3(width - 0.002, seat - foot - 0.12, depth - 0.002), 0.02);
+    mesh.add(&base, Pose::at(0.0, foot + 0.001, 0.0));
     for side in [-1.0, 1.0] {
         let rest = block(vec3(arm, seat + 0.2 - foot, depth), soft);
         mesh.add(&rest, Pose::at(side * 0.5 * (width - arm), foot, 0.0));
