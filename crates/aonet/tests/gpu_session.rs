@@ -25,6 +25,9 @@ const HALF_TOLERANCE: f32 = 3e-3;
 /// the CPU's powers are cubics. Measured: 6e-6, in 16-bit floats 2.1e-5; of connected arcs 3.2e-5.
 const HORIZON_MEAN_TOLERANCE: f32 = 1e-4;
 
+/// The same in 16-bit floats, with trained weights. Measured: 1.2e-4, of a network with a survey of two layers.
+const HALF_HORIZON_MEAN_TOLERANCE: f32 = 3e-4;
+
 fn run((device, precision): (&Device, Precision), model: &Model, gbuffer: &GBuffer) -> AoImage {
     let layers = if gbuffer.second().is_some() { Layers::Two } else { Layers::One };
     let mut session = Offscreen::in_layers(device, model, (gbuffer.window(), layers), precision).unwrap();
@@ -172,12 +175,14 @@ fn shipped_networks_with_a_search() {
             behind_bars(&waves(Size::px(120, 80))),
         ] {
             let expected = on_cpu(&model, &gbuffer);
-            for precision in [Precision::F32, Precision::F16] {
+            for (precision, tolerance) in
+                [(Precision::F32, HORIZON_MEAN_TOLERANCE), (Precision::F16, HALF_HORIZON_MEAN_TOLERANCE)]
+            {
                 let found = run((&device, precision), &model, &gbuffer);
                 let mean = mean_error(&found, &expected);
                 let what = format!("{name}, {}x{}, {precision:?}", gbuffer.width(), gbuffer.height());
                 eprintln!("{what}: mean {mean:e}, largest {:e}", max_error(&found, &expected));
-                assert!(mean <= HORIZON_MEAN_TOLERANCE, "{what}: {mean:e}");
+                assert!(mean <= tolerance, "{what}: {mean:e}");
             }
         }
     }
