@@ -145,20 +145,15 @@ fn a_search_that_reports_shares_is_an_input_of_as_many_planes() {
     assert_eq!(channels, [5, 6].map(proto::Size::Value));
 }
 
-/// A network that sees a survey.
-fn surveying() -> ModelConfig {
-    let survey = Some(ArcsParams { denoise_passes: 0, ..ArcsParams::default() });
-    ModelConfig { survey, ..ModelConfig::correcting() }
-}
-
 #[test]
 fn a_survey_is_an_input_with_a_value_for_every_patch() {
     use proto::Size::{Param, Value};
-    let free = decoded(surveying(), Form::Plain, Extent::Dynamic).graph.unwrap();
+    let free = decoded(ModelConfig::balanced(), Form::Plain, Extent::Dynamic).graph.unwrap();
     assert_eq!((free.input.len(), free.input[2].name.as_str()), (3, SURVEY));
     let named = [Param("cell_rows".to_owned()), Param("cell_columns".to_owned())];
     assert_eq!(sides(&free.input[2]), [&[Value(1), Value(6)][..], &named].concat());
-    let odd = decoded(surveying(), Form::Plain, Extent::Fixed { width: 75, height: 41 }).graph.unwrap();
+    let odd =
+        decoded(ModelConfig::balanced(), Form::Plain, Extent::Fixed { width: 75, height: 41 }).graph.unwrap();
     assert_eq!(sides(&odd.input[2]), [1, 6, 64 / 4, 128 / 4].map(Value));
 }
 
@@ -168,8 +163,9 @@ fn every_input_is_written_before_it_is_read() {
         for patch in [1, 2, 4] {
             for form in [Form::Plain, Form::Tuned] {
                 let shares = (kernel == KernelWeights::Off).then(shares);
-                for config in
-                    [ModelConfig::paper(), ModelConfig::correcting(), surveying()].into_iter().chain(shares)
+                for config in [ModelConfig::paper(), ModelConfig::correcting(), ModelConfig::balanced()]
+                    .into_iter()
+                    .chain(shares)
                 {
                     let config = ModelConfig { patch, kernel, ..config };
                     let graph = decoded(config, form, Extent::Dynamic).graph.unwrap();
