@@ -100,6 +100,10 @@ pub struct Augment {
     pub mirror: bool,
     /// Share of the crops that are rotated by 90, 180 or 270 degrees, in [0, 1].
     pub roll: f64,
+    /// Draw more crops at the borders of frames, so that the pixels there are in as many crops as others. Otherwise every place of a crop is
+    /// equally likely.
+    #[serde(default)]
+    pub borders: bool,
     /// Share of the frames, validation frames included, that lose their guard band, in [0, 1].
     #[serde(default)]
     pub without_margin: f64,
@@ -169,7 +173,7 @@ impl TrainConfig {
         if !(0.0..1.0).contains(&self.average) {
             return Err(Error::request("training average", "in [0, 1)", self.average));
         }
-        let Augment { mirror: _, roll, without_margin, without_second } = self.augment;
+        let Augment { mirror: _, borders: _, roll, without_margin, without_second } = self.augment;
         let shares = [("roll", roll), ("without_margin", without_margin), ("without_second", without_second)];
         if let Some((name, share)) = shares.into_iter().find(|(_, share)| !(0.0..=1.0).contains(share)) {
             return Err(Error::request(format!("training {name}"), "in [0, 1]", share));

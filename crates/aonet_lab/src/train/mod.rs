@@ -17,6 +17,7 @@ mod samples;
 mod ssim;
 mod start;
 mod step;
+mod survey;
 #[cfg(test)]
 mod tests;
 #[cfg(test)]

@@ -1,14 +1,13 @@
 //! Training frames in memory, and the crops drawn from them.
 
 use super::config::{Augment, TrainConfig};
+use super::survey::{CropSurvey, Survey};
 use crate::dataset::FrameEntry;
 use crate::dataset::Manifest;
 use crate::frame::{Frame, FrameHints};
-use aonet::internals::features::{search_planes, survey_planes, write_features};
-use aonet::internals::graph::SURVEYED;
+use aonet::internals::features::{search_planes, write_features};
 use aonet::net::{Channel, Features, SearchConfig};
-use aonet::search::ArcsParams;
-use aonet::{AoImage, AoParams, GBuffer, Size};
+use aonet::{AoImage, AoParams, GBuffer};
 use aonet_scene::error::{Error, Result};
 use aonet_scene::random::Random;
 use half::f16;
@@ -28,17 +27,8 @@ pub(crate) struct Sample {
     target: Plane,
 }
 
-/// What a survey finds in the picture of a frame.
-struct Survey {
-    /// Side (px).
-    patch: usize,
-    /// Columns of whole patches.
-    columns: usize,
-    planes: Vec<Plane>,
-}
-
 /// HxW values, small: thousands of frames are held in memory.
-enum Plane {
+pub(super) enum Plane {
     /// Values in [0, 1] as multiples of 1/255. Rounding costs a reference nothing: 59 dB.
     Bytes(Vec<u8>),
     /// Any others.
@@ -46,7 +36,7 @@ enum Plane {
 }
 
 impl Plane {
-    fn bytes(values: &[f32]) -> Self {
+    pub(super) fn bytes(values: &[f32]) -> Self {
         Self::Bytes(values.iter().map(|v| (v.clamp(0.0, 1.0) * 255.0 + 0.5) as u8).collect())
     }
 
@@ -54,7 +44,7 @@ impl Plane {
         Self::Halves(values.iter().map(|v| f16::from_f32(*v)).collect())
     }
 
-    fn value(&self, pixel: usize) -> f32 {
+    pub(super) fn value(&self, pixel: usize) -> f32 {
         match self {
             Self::Bytes(values) => f32::from(values[pixel]) / 255.0,
             Self::Halves(values) => values[pixel].to_f32(),
@@ -64,12 +54,12 @@ impl Plane {
 
 /// A part of a frame (px).
 #[derive(Debug, Clone, Copy)]
-struct Square {
+pub(super) struct Square {
     /// Left edge.
-    x: usize,
+    pub(super) x: usize,
     /// Upper edge.
-    y: usize,
-    side: usize,
+    pub(super) y: usize,
+    pub(super) side: usize,
 }
 
 /// A square crop: features CxSxS, target SxS, 1 where geometry is seen SxS.
@@ -80,14 +70,6 @@ pub(crate) struct Crop {
     pub(crate) survey: Option<CropSurvey>,
     pub(crate) target: Vec<f32>,
     pub(crate) foreground: Vec<f32>,
-}
-
-/// The cells of a crop, value by value.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct CropSurvey {
-    /// Side (px).
-    pub(crate) patch: usize,
-    pub(crate) values: Vec<f32>,
 }
 
 /// Crops with less geometry than this are drawn again, a few times. guess
@@ -211,33 +193,6 @@ impl Sample {
     }
 }
 
-impl Survey {
-    /// # Errors
-    /// When a parameter is out of its range, or the picture is smaller than a patch.
-    fn new(arcs: &ArcsParams, (gbuffer, params): (&GBuffer, AoParams), patch: usize) -> aonet::Result<Self> {
-        let (size, margin) = (gbuffer.window().size(), gbuffer.window().margin());
-        let cells = Size::new(size.width() / patch, size.height() / patch)?;
-        let found = survey_planes(arcs, gbuffer, params, [margin.x, margin.y], (cells, patch))?;
-        let plane = |c: usize| {
-            let lines = found.chunks_exact(cells.width()).skip(c).step_by(SURVEYED);
-            Plane::bytes(&lines.flatten().copied().collect::<Vec<_>>())
-        };
-        Ok(Self { patch, columns: cells.width(), planes: (0..SURVEYED).map(plane).collect() })
-    }
-
-    /// The cells of a square whose edges lie on those of patches, turned by `symmetry`.
-    fn crop(&self, Square { x, y, side }: Square, symmetry: Symmetry) -> CropSurvey {
-        let Self { patch, columns, planes } = self;
-        let side = side / patch;
-        let value = |i: usize| {
-            let (plane, to) = (&planes[i / (side * side)], i % (side * side));
-            let (row, column) = symmetry.source(to / side, to % side, side);
-            plane.value((y / patch + row) * columns + x / patch + column)
-        };
-        CropSurvey { patch: *patch, values: (0..SURVEYED * side * side).map(value).collect() }
-    }
-}
-
 /// What a run shows its network of a frame: all of it, or less where [`Augment`] says so. The same in every run with
 /// this seed.
 pub(crate) fn seen_of(
@@ -261,7 +216,7 @@ pub(crate) struct Symmetry {
 
 impl Symmetry {
     /// Where pixel (`row`, `column`) of the result comes from.
-    fn source(self, row: usize, column: usize, side: usize) -> (usize, usize) {
+    pub(super) fn source(self, row: usize, column: usize, side: usize) -> (usize, usize) {
         let last = side - 1;
         let (row, column) = match self.quarter_turns {
             0 => (row, column),
@@ -316,9 +271,9 @@ pub(crate) fn draw(samples: &[Sample], config: &TrainConfig, step: u64, index: u
     for _ in 0..DRAWS {
         let sample = &samples[random.below(samples.len())];
         // Cells of a survey cannot be divided.
-        let grid = sample.survey.as_ref().map_or(1, |survey| survey.patch);
-        let x = grid * random.below((sample.width - config.crop) / grid + 1);
-        let y = grid * random.below((sample.height - config.crop) / grid + 1);
+        let grid = sample.survey.as_ref().map_or(1, Survey::patch);
+        let mut edge = |side: usize| grid * place(&mut random, config, [side / grid, config.crop / grid]);
+        let (x, y) = (edge(sample.width), edge(sample.height));
         let crop = sample.crop(Square { x, y, side: config.crop }, symmetry(config.augment, &mut random));
         let share = crop.foreground.iter().sum::<f32>() / crop.foreground.len() as f32;
         if share >= LEAST_FOREGROUND {
@@ -331,6 +286,18 @@ pub(crate) fn draw(samples: &[Sample], config: &TrainConfig, step: u64, index: u
     best.expect("at least one draw").1
 }
 
+/// Where a crop begins on a line of a frame; both lengths in cells.
+///
+/// With [`Augment::borders`], a crop may lie beyond the frame by up to its length, and is then moved inside. So the pixels at the borders are in
+/// as many crops as those in the middle. Otherwise every place inside is equally likely, and the pixels at the borders are in few crops.
+fn place(random: &mut Random, config: &TrainConfig, [frame, crop]: [usize; 2]) -> usize {
+    if config.augment.borders {
+        random.below(frame + crop + 1).saturating_sub(crop).min(frame - crop)
+    } else {
+        random.below(frame - crop + 1)
+    }
+}
+
 fn symmetry(augment: Augment, random: &mut Random) -> Symmetry {
     let mirror = random.below(2) == 1 && augment.mirror;
     let rolled = random.unit_f64() < augment.roll;
@@ -341,6 +308,7 @@ fn symmetry(augment: Augment, random: &mut Random) -> Symmetry {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use aonet::net::ModelConfig;
     use aonet::{Camera, Projection, Size};
 
     /// Height z(x, y) = a x + b y has normal (-a, -b, 1) up to length: turning the image must turn the normal with it.
@@ -386,29 +354,22 @@ mod tests {
         }
     }
 
-    /// A wall that blocks the right half of the picture's light: cells of a crop, also of a turned one, are those beside its pixels.
+    /// Share of the crops of 48 px that a pixel is in, on a line of 160 px.
+    fn covered(config: &TrainConfig, pixel: usize) -> f64 {
+        let mut random = Random::of_crop(1, 2, 3);
+        let crops: Vec<_> = (0..20_000).map(|_| place(&mut random, config, [160, 48])).collect();
+        assert!(crops.iter().all(|from| from + 48 <= 160));
+        crops.iter().filter(|&&from| (from..from + 48).contains(&pixel)).count() as f64 / crops.len() as f64
+    }
+
     #[test]
-    fn cells_lie_where_their_pixels_do() {
-        let camera = Camera::new(Projection::Perspective { fov_y: 1.0 }, Size::px(64, 64)).unwrap();
-        let depth = |i: usize| if i % 64 < 32 { 4.0 } else { 3.0 + (i / 64) as f32 * 0.01 };
-        let gbuffer =
-            GBuffer::new(camera, (0..4096).map(depth).collect::<Vec<_>>(), vec![[0.0, 0.0, 1.0]; 4096])
-                .unwrap();
-        let params = AoParams::new(2.0).unwrap();
-        let arcs = ArcsParams { denoise_passes: 0, ..ArcsParams::default() };
-        let whole = survey_planes(&arcs, &gbuffer, params, [0, 0], (Size::px(16, 16), 4)).unwrap();
-        let survey = Survey::new(&arcs, (&gbuffer, params), 4).unwrap();
-        let square = Square { x: 16, y: 8, side: 32 };
-        let of = |mirror, quarter_turns| survey.crop(square, Symmetry { mirror, quarter_turns }).values;
-        let (plain, mirrored, turned) = (of(false, 0), of(true, 0), of(false, 1));
-        assert!(plain.iter().any(|value| *value > 0.2), "something is hidden or hit");
-        for (i, value) in plain.iter().enumerate() {
-            let (c, y, x) = (i / 64, i / 8 % 8, i % 8);
-            let expected = whole[((y + 2) * SURVEYED + c) * 16 + x + 4];
-            assert!((value - expected).abs() <= 0.5 / 255.0 + 1e-6, "{c} {y} {x}: {value}, not {expected}");
-            assert_eq!(mirrored[(c * 8 + y) * 8 + 7 - x], *value);
-            // The top right corner comes to the top left.
-            assert_eq!(turned[(c * 8 + 7 - x) * 8 + y], *value);
+    fn pixels_at_borders_are_in_as_many_crops_as_others() {
+        let mut config = TrainConfig::paper(ModelConfig::balanced());
+        assert!(covered(&config, 0) < 0.05 * covered(&config, 80));
+        config.augment.borders = true;
+        for border in [0, 159] {
+            let ratio = covered(&config, border) / covered(&config, 80);
+            assert!((ratio - 1.0).abs() < 0.1, "{border}: {ratio}");
         }
     }
 
