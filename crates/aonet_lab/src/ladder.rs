@@ -46,6 +46,10 @@ pub struct Finding {
     pub hit: f64,
     /// Mean of the exact shares.
     pub exact: f64,
+    /// Mean PSNR (dB) of the visibility that the shares explain: see [`explained`].
+    pub explained: f64,
+    /// The same with the exact share of light that is hit in place of the search's.
+    pub explained_by_exact: f64,
 }
 
 impl Ladder {
@@ -84,6 +88,8 @@ impl Ladder {
                 correlation: finding.correlation * share,
                 hit: finding.hit * share,
                 exact: finding.exact * share,
+                explained: finding.explained * share,
+                explained_by_exact: finding.explained_by_exact * share,
             };
         }
         Ok(rungs)
@@ -97,30 +103,89 @@ impl Ladder {
             *sum += known.psnr(kind);
         }
         for (i, (search, finding)) in self.searches.iter().zip(&mut rungs.searches).enumerate() {
-            let found = found_by(search, tracer, entry, &known)?;
+            let mut found = found_by(search, tracer, entry, &known)?;
             let exact = &known.hit[self.kinds.len() + i];
-            finding.correlation += correlation(&found, exact);
-            finding.hit += mean(&found);
+            finding.correlation += correlation(&found[0], exact);
+            finding.hit += mean(&found[0]);
             finding.exact += mean(exact);
+            finding.explained += explained(&found, &known.visibility);
+            replace_hits(&mut found, exact);
+            finding.explained_by_exact += explained(&found, &known.visibility);
         }
         rungs.frames += 1;
         Ok(())
     }
 }
 
-/// What a search says is hit, at the pixels that are known.
+/// The shares of light that a search reports, all but the open one, at the pixels that are known.
 fn found_by(
     (_, method, kind): &(String, Classic, Surround),
     tracer: &Tracer,
     entry: &FrameEntry,
     known: &Knowledge,
-) -> Result<Vec<f32>> {
+) -> Result<Found> {
     let view = entry.view.clone().surrounded(*kind);
     let gbuffer = gbuffer::render(tracer, &view)?.gbuffer;
     let mut session = Session::new(method, gbuffer.window(), Options::default())?;
     let shares = session.shares(&gbuffer, view.params()?)?;
-    let hit = shares.plane(Share::Hit);
-    Ok(known.pixels.iter().map(|i| hit[*i]).collect())
+    let [_, found @ ..] = Share::ALL;
+    Ok(found.map(|share| {
+        let plane = shares.plane(share);
+        known.pixels.iter().map(|i| plane[*i]).collect()
+    }))
+}
+
+/// All shares but the open one.
+const SHARES: usize = Share::ALL.len() - 1;
+/// Shares of the light of pixels: hit first, then hidden by more and more, off last.
+type Found = [Vec<f32>; SHARES];
+
+/// Puts the exact share of light that is hit in place of the search's; the others shrink or grow in proportion, so that the open share stays.
+fn replace_hits(found: &mut Found, exact: &[f32]) {
+    let [hit, others @ ..] = found;
+    for (i, exact) in exact.iter().enumerate() {
+        let rest: f32 = others.iter().map(|plane| plane[i]).sum();
+        let scale = (1.0 - (exact - hit[i]) / rest.max(1e-6)).max(0.0);
+        others.iter_mut().for_each(|plane| plane[i] *= scale);
+        hit[i] = *exact;
+    }
+}
+
+/// PSNR (dB) of the visibility that is explained by shares of light: that of the best linear combination, which is fitted to this very frame. So it
+/// is what they could be worth to an estimator that knows the frame, and not what they are worth to one that does not.
+fn explained(found: &Found, visibility: &[f32]) -> f64 {
+    // The normal equations of least squares; the last column is the right-hand side.
+    let mut rows = [[0.0; SHARES + 1]; SHARES];
+    let values = |i: usize| -> [f64; SHARES + 1] {
+        std::array::from_fn(|c| f64::from(found.get(c).map_or(1.0 - visibility[i], |plane| plane[i])))
+    };
+    for i in 0..visibility.len() {
+        let values = values(i);
+        rows.iter_mut().zip(values).for_each(|(row, by)| {
+            row.iter_mut().zip(values).for_each(|(sum, value)| *sum += by * value);
+        });
+    }
+    // Shares that are zero everywhere have no weight.
+    (0..SHARES).for_each(|c| rows[c][c] += 1e-9);
+    // Gauss and Jordan. The matrix is positive definite, so that no row has to be exchanged.
+    for pivot in 0..SHARES {
+        let inverse = 1.0 / rows[pivot][pivot];
+        let pivot_row = rows[pivot].map(|value| value * inverse);
+        for (r, row) in rows.iter_mut().enumerate() {
+            let by = row[pivot];
+            row.iter_mut().zip(pivot_row).for_each(|(value, p)| *value -= by * p);
+            if r == pivot {
+                *row = pivot_row;
+            }
+        }
+    }
+    let error = |i: usize| {
+        let values = values(i);
+        let found: f64 = rows.iter().zip(values).map(|(row, share)| row[SHARES] * share).sum();
+        (found - values[SHARES]).powi(2)
+    };
+    let squared = (0..visibility.len()).map(error).sum::<f64>() / visibility.len() as f64;
+    -10.0 * squared.max(1e-12).log10()
 }
 
 fn mean(values: &[f32]) -> f64 {
@@ -175,8 +240,48 @@ mod tests {
         assert!(one > 15.0 && two > one + 1.0, "{rungs:?}");
         let found = rungs.searches[0];
         assert!(found.correlation > 0.7 && (found.hit / found.exact - 1.0).abs() < 0.5, "{found:?}");
+        assert!(found.explained > 15.0, "{found:?}");
         let error = ladder(of("gtao")).climb(&manifest, Path::new(""), &count).unwrap_err().to_string();
         assert!(error.contains("reports shares"), "{error}");
+    }
+
+    /// Five shares of 40 pixels that vary independently of each other.
+    fn varied() -> Found {
+        std::array::from_fn(|c| (0..40).map(|i| ((i * (2 * c + 3) + c) % 11) as f32 / 55.0).collect())
+    }
+
+    #[test]
+    fn a_linear_combination_is_explained_and_anything_else_is_not() {
+        let found = varied();
+        let mixed = |i: usize| 1.0 - 0.9 * found[0][i] - 0.3 * found[2][i] - 0.6 * found[4][i];
+        let visibility: Vec<f32> = (0..40).map(mixed).collect();
+        assert!(explained(&found, &visibility) > 90.0);
+        // An error of 0.1 or -0.1 with a pattern that no share has; least squares may explain a part of it.
+        let noisy: Vec<f32> =
+            visibility.iter().enumerate().map(|(i, v)| v + if i % 2 == 0 { 0.1 } else { -0.1 }).collect();
+        let psnr = explained(&found, &noisy);
+        assert!((20.0..21.5).contains(&psnr), "{psnr}");
+        let none: Found = std::array::from_fn(|_| vec![0.0; 40]);
+        assert!(
+            (explained(&none, &[0.9; 40]) - 20.0).abs() < 1e-3,
+            "an occlusion of 0.1 that nothing explains"
+        );
+    }
+
+    #[test]
+    fn exact_hits_leave_the_open_share_as_it_is() {
+        let mut found = varied();
+        let open = |found: &Found, i: usize| 1.0 - found.iter().map(|plane| plane[i]).sum::<f32>();
+        let before: Vec<_> = (0..40).map(|i| open(&found, i)).collect();
+        let exact: Vec<f32> = (0..40).map(|i| found[0][i] + 0.01 * (i % 3) as f32 - 0.01).collect();
+        replace_hits(&mut found, &exact);
+        assert_eq!(found[0], exact);
+        for (i, before) in before.iter().enumerate() {
+            let hidden: f32 = found[1..].iter().map(|plane| plane[i]).sum();
+            if hidden > 0.0 {
+                assert!((open(&found, i) - before).abs() < 1e-5, "{i}");
+            }
+        }
     }
 
     #[test]

@@ -133,12 +133,18 @@ impl Seer<'_> {
         let slack = SAME_DEPTH * depth;
         let first = self.nearest(seen, self.camera.near()).unwrap_or(depth);
         let is_first = first >= depth - slack;
+        let is_second = |separation: f32| {
+            let from = first + (separation * self.radius).max(SAME_DEPTH * first);
+            from < depth + slack
+                && self.nearest(seen, from).is_some_and(|second| (second - depth).abs() < slack)
+        };
+        // Kinds with the same separation often follow each other, and the answer costs a ray.
+        let mut last = None;
         for (kind, hit) in self.kinds.iter().zip(hit).filter(|(kind, hit)| !**hit && outside <= kind.margin) {
             *hit = is_first
-                || kind.separation.is_some_and(|separation| {
-                    let from = first + (separation * self.radius).max(SAME_DEPTH * first);
-                    from < depth + slack
-                        && self.nearest(seen, from).is_some_and(|second| (second - depth).abs() < slack)
+                || kind.separation.is_some_and(|separation| match last {
+                    Some((same, answer)) if same == separation => answer,
+                    _ => last.insert((separation, is_second(separation))).1,
                 });
         }
     }

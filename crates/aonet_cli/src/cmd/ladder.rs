@@ -15,7 +15,8 @@ use std::path::PathBuf;
 /// Measure what kinds of frames can know: rays of the reference that may only meet what a frame shows.
 ///
 /// The first table has the mean PSNR of such a visibility for each guard band and second layer. The second one compares the share of
-/// light that a search says is hit with the exact one, on frames with one layer, and with a guard band and two.
+/// light that a search says is hit with the exact one, on frames with one layer, and with a guard band and two. It also has the mean PSNR of the
+/// visibility that the shares of light explain, if every frame had weights of its own: with the search's hits, and with the exact ones.
 #[derive(Debug, Parser)]
 #[command(after_help = "Example:
   aonet ladder data/test_any --scenes-dir scenes --frames 16")]
@@ -52,6 +53,9 @@ const FRAMES: [(&str, Surround); 2] = [
     ("one layer", Surround { margin: 0.0, separation: None }),
     ("guard band 0.15, two layers", Surround { margin: 0.15, separation: Some(0.1) }),
 ];
+
+/// Columns of the table of searches.
+const HEADER: [&str; 6] = ["search", "correlation", "hit", "exact", "explained dB", "with exact hits dB"];
 
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<()> {
@@ -106,8 +110,10 @@ fn report(args: &Args, ladder: &Ladder, rungs: &Rungs) -> Result<()> {
     output::text(&table(&header, &rows, Style::Text))?;
     output::text(&format!("\nmean PSNR (dB) of {} frames, everything unknown open\n\n", rungs.frames))?;
     let row = |(name, found): (&String, &aonet_lab::ladder::Finding)| {
-        vec![name.clone(), number(found.correlation, 3), number(found.hit, 4), number(found.exact, 4)]
+        let hits = [number(found.correlation, 3), number(found.hit, 4), number(found.exact, 4)];
+        let psnr = [number(found.explained, 2), number(found.explained_by_exact, 2)];
+        [name.clone()].into_iter().chain(hits).chain(psnr).collect::<Vec<_>>()
     };
     let rows: Vec<_> = names.zip(&rungs.searches).map(row).collect();
-    output::text(&table(&["search", "correlation", "hit", "exact"], &rows, Style::Text))
+    output::text(&table(&HEADER, &rows, Style::Text))
 }
