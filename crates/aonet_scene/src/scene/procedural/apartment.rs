@@ -13,6 +13,9 @@ use std::f32::consts::{FRAC_PI_2, PI};
 /// Thickness of all walls (m), for which the frames of doors are made.
 const WALL: f32 = 0.2;
 
+/// Triangles of a room that gets no more furniture. guess: six rooms stay below 450 000
+const MANY: usize = 45_000;
+
 /// Doorways between rooms: how many lack a door, and how many have a closed one. Drawn once a flat.
 struct Doors {
     open: f32,
@@ -61,7 +64,7 @@ pub(super) fn apartment(rng: &mut Rng) -> Mesh {
 /// Rooms from z = 0 towards +z, with doors to the corridor, whose wall `side` is theirs.
 fn row((row, doors): (&Row, &Doors), (corridor, side): (&mut Room, usize), rng: &mut Rng) -> Mesh {
     let Row { long, deep, height } = *row;
-    let count = ((long / rng.range(2.9, 4.4)) as usize).max(2);
+    let count = ((long / rng.range(2.9, 4.4)) as usize).clamp(2, 3);
     let cut = |k: usize, rng: &mut Rng| (k as f32 / count as f32 - 0.5) * long + rng.spread(0.35);
     let mut cuts: Vec<f32> = (1..count).map(|k| cut(k, rng)).collect();
     cuts.insert(0, -0.5 * (long + WALL));
@@ -173,8 +176,12 @@ fn decorate(room: &mut Room, rng: &mut Rng) {
     }
     pendant(room, rng);
     furnish(room, rng);
-    let pieces = rng.count(0, 3);
-    fill(room, pieces, rng);
+    if room.mesh.triangle.len() < MANY {
+        let pieces = rng.count(0, 3);
+        fill(room, pieces, rng);
+    } else {
+        hang(room, rng);
+    }
 }
 
 /// Boards at the foot of the walls, between what reaches the floor.

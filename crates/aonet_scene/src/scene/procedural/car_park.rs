@@ -24,9 +24,9 @@ struct Plan {
 
 /// The car park; its rows lie along x.
 pub(super) fn car_park(rng: &mut Rng) -> Mesh {
-    let (bay, bays) = (vec2(rng.range(2.35, 2.75), rng.range(4.7, 5.3)), rng.count(4, 7));
+    let (bay, bays) = (vec2(rng.range(2.35, 2.75), rng.range(4.7, 5.3)), rng.count(5, 8));
     let half = 0.5 * bay.x * bays as f32;
-    let plan = Plan { bay, bays, half, lane: rng.range(5.0, 6.6), full: rng.range(0.45, 1.0) };
+    let plan = Plan { bay, bays, half, lane: rng.range(5.0, 6.6), full: rng.range(0.6, 1.0) };
     let rows = rng.count(2, 3);
     let island = rng.range(0.5, 2.2);
     let mut mesh = Mesh::default();

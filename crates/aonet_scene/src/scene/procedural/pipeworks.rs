@@ -27,7 +27,7 @@ struct Style {
 pub(super) fn pipeworks(rng: &mut Rng) -> Mesh {
     let hall = Hall { half: rng.range(2.2, 4.2), deep: rng.range(1.8, 3.2), height: rng.range(2.5, 3.8) };
     let style = Style {
-        radius: rng.range(0.025, 0.075),
+        radius: rng.range(0.03, 0.08),
         flanged: rng.range(0.1, 0.6),
         valves: rng.range(0.0, 0.35),
         lagged: rng.range(0.0, 0.4),
@@ -43,14 +43,14 @@ pub(super) fn pipeworks(rng: &mut Rng) -> Mesh {
             0 => tray(&mut mesh, Pose::at(0.0, low, 0.32), (2.0 * hall.half, 0.4), rng),
             _ => wall_rack(&mut mesh, (&hall, low, reach), &style, rng),
         }
-        low += rng.range(0.35, 0.85);
+        low += rng.range(0.3, 0.65);
     }
     risers(&mut mesh, &hall, &style, rng);
     if roofed {
         hangers(&mut mesh, &hall, &style, rng);
     }
     sleepers(&mut mesh, &hall, &style, rng);
-    for _ in 0..rng.count(0, 2) {
+    for _ in 0..rng.count(1, 3) {
         let at = Pose::at(rng.spread(0.7 * hall.half), 0.01, rng.range(0.6, 0.8) * hall.deep);
         unit(&mut mesh, at.yaw(rng.spread(0.4)).scale(rng.range(0.6, 1.0)), rng);
     }
@@ -185,8 +185,8 @@ fn stop_valve(mesh: &mut Mesh, at: Pose, r: f32, rng: &mut Rng) {
 /// Brackets on the wall at height `y` with pipes side by side along x; some turn off.
 fn wall_rack(mesh: &mut Mesh, (hall, y, reach): (&Hall, f32, f32), style: &Style, rng: &mut Rng) {
     let n = (2.0 * hall.half / rng.range(0.9, 1.8)).ceil() as usize;
-    for k in 0..n {
-        let x = ((k as f32 + 0.5) / n as f32 - 0.5) * 2.0 * hall.half;
+    let arms = (0..n).map(|k| ((k as f32 + 0.5) / n as f32 - 0.5) * 2.0 * hall.half);
+    for x in arms.clone() {
         let arm = block(vec3(0.05, 0.06, reach + 0.06), 0.005);
         mesh.add(&arm, Pose::at(x, y - 0.06, 0.5 * reach + 0.02));
         mesh.add(&block(vec3(0.1, 0.26, 0.02), 0.004), Pose::at(x, y - 0.2, 0.012));
@@ -206,9 +206,13 @@ fn wall_rack(mesh: &mut Mesh, (hall, y, reach): (&Hall, f32, f32), style: &Style
                 let aside = if rng.chance(0.5) { vec3(at, to, z) } else { vec3(at, y + r, hall.deep) };
                 corners.push(aside);
             }
+            for x in arms.clone().filter(|x| *x < corners[1].x - 3.0 * r) {
+                let clip = cylinder((1.15 * r, 1.15 * r), 0.035, 18);
+                mesh.add(&clip, Pose::at(x + 0.017, y + r, z).roll(FRAC_PI_2));
+            }
             pipe(mesh, (&corners, r), style, rng);
         }
-        z += r * 1.25 + rng.range(0.01, 0.09);
+        z += r * 1.25 + rng.range(0.01, 0.07);
     }
 }
 

@@ -20,6 +20,8 @@ struct Style {
     braced: bool,
     panelled: bool,
     fullness: f32,
+    /// Triangles of the goods in a compartment.
+    most: usize,
 }
 
 /// The room; its racks stand along z, or along x where it is turned.
@@ -27,18 +29,22 @@ pub(super) fn storeroom(rng: &mut Rng) -> Mesh {
     let half = vec2(rng.range(2.2, 4.2), rng.range(2.0, 3.8));
     let height = rng.range(2.5, 4.0);
     let mut mesh = shell((half, height), rng);
+    let (deep, aisle) = (rng.range(0.4, 0.95), rng.range(0.85, 1.4));
+    let tall = rng.range(1.7, 3.2).min(height - 0.3);
+    let (bay, gap) = (rng.range(0.8, 1.9), rng.range(0.38, 0.75));
+    let compartments = 4.0 * half.x * half.y * tall / ((deep + aisle) * bay * gap);
     let style = Style {
         post: rng.range(0.035, 0.07),
         beam: rng.range(0.04, 0.1),
-        bay: rng.range(0.8, 1.9),
-        gap: rng.range(0.38, 0.75),
+        bay,
+        gap,
         deck: rng.below(3),
         braced: rng.chance(0.6),
         panelled: rng.chance(0.25),
         fullness: rng.range(0.45, 1.0),
+        // guess: with racks and floor the scene stays below 450 000 triangles
+        most: (400_000.0 / compartments).clamp(700.0, 8000.0) as usize,
     };
-    let (deep, aisle) = (rng.range(0.4, 0.95), rng.range(0.85, 1.4));
-    let tall = rng.range(1.7, 3.2).min(height - 0.3);
     let mut x = -half.x + 0.05;
     while x + deep < half.x {
         let from = -half.y + if rng.chance(0.5) { 0.05 } else { rng.range(0.5, 1.1) };
@@ -108,7 +114,7 @@ fn rack(size: Vec3, style: &Style, rng: &mut Rng) -> Mesh {
         let free = if y + rise > size.y { 0.5 } else { rise - style.beam - 0.03 };
         let hole = vec3(bay - style.post - 0.03, free, size.z - 0.03);
         if rng.chance(style.fullness) {
-            goods(&mut mesh, at, hole, rng);
+            goods(&mut mesh, at, (hole, style.most), rng);
         }
     }
     if style.braced {
@@ -167,8 +173,8 @@ fn deck(mesh: &mut Mesh, at: Pose, (size, style): (Vec2, &Style)) {
     }
 }
 
-/// What stands in a compartment of size `hole` on the floor about `at`.
-fn goods(mesh: &mut Mesh, at: Pose, hole: Vec3, rng: &mut Rng) {
+/// What stands in a compartment of size `hole` on the floor about `at`, of about `most` triangles at most.
+fn goods(mesh: &mut Mesh, at: Pose, (hole, most): (Vec3, usize), rng: &mut Rng) {
     let item = match rng.below(9) {
         0 => {
             let row = books((hole.x, hole.y.min(0.34), hole.z.min(0.3)), rng);
@@ -186,7 +192,12 @@ fn goods(mesh: &mut Mesh, at: Pose, hole: Vec3, rng: &mut Rng) {
     let turned = if rng.chance(0.3) { item.at(Pose::IDENTITY.yaw(FRAC_PI_2)) } else { item };
     let (lo, hi) = turned.extent();
     let pitch = (hi - lo) + rng.range(0.004, 0.03);
-    let n = (hole / pitch).floor().min(vec3(9.0, 4.0, 5.0));
+    let mut n = (hole / pitch).floor().min(vec3(9.0, 4.0, 5.0));
+    let each = turned.triangle.len() as f32;
+    while n.element_product() * each > most as f32 && n.max_element() > 1.0 {
+        let longest = n.max_position();
+        n[longest] -= 1.0;
+    }
     let (taken, loose) = (rng.range(0.0, 0.5), rng.range(0.0, 0.25));
     for (i, k) in (0..n.x as usize).flat_map(|i| (0..n.z as usize).map(move |k| (i, k))) {
         // Whoever takes something takes it from the front, from either side.
@@ -294,7 +305,7 @@ fn pallet(rng: &mut Rng) -> Mesh {
         let at = ((k as f32 + 0.5) / n as f32 - 0.5) * x;
         mesh.add(&slat, Pose::at(at, 0.09, 0.0));
     }
-    goods(&mut mesh, Pose::at(0.0, 0.111, 0.0), vec3(x, rng.range(0.3, 1.2), z), rng);
+    goods(&mut mesh, Pose::at(0.0, 0.111, 0.0), (vec3(x, rng.range(0.3, 1.2), z), 8000), rng);
     mesh
 }
 

@@ -32,7 +32,7 @@ impl Land {
 
 /// A piece of land full of plants.
 pub(super) fn thicket(rng: &mut Rng) -> Mesh {
-    let land = Land { noise: Noise::new(rng), relief: rng.range(0.05, 0.6), half: rng.range(3.5, 6.5) };
+    let land = Land { noise: Noise::new(rng), relief: rng.range(0.05, 0.6), half: rng.range(2.8, 4.8) };
     let mut mesh = surface((110, 110), |u, v| {
         let p = vec2(v - 0.5, u - 0.5) * 2.0 * land.half;
         vec3(p.x, land.height(p), p.y)
@@ -56,7 +56,7 @@ pub(super) fn thicket(rng: &mut Rng) -> Mesh {
 /// Hedges, fences and trellises: some lines across the land.
 fn screens(mesh: &mut Mesh, land: &Land, rng: &mut Rng) {
     let first = rng.below(3);
-    for k in 0..rng.count(2, 4) {
+    for k in 0..rng.count(3, 5) {
         let p = rng.in_rect(Vec2::splat(0.75 * land.half));
         let long = rng.range(2.2, 4.5).min(1.2 * land.half);
         let at = land.at(p).yaw(rng.below(2) as f32 * FRAC_PI_2 + rng.spread(0.3));
@@ -82,10 +82,10 @@ fn shrubs(mesh: &mut Mesh, land: &Land, rng: &mut Rng) {
     let kinds: Vec<Mesh> = (0..rng.count(2, 4))
         .map(|_| {
             let size = vec3(rng.range(0.4, 0.9), rng.range(0.35, 1.0), rng.range(0.4, 0.9));
-            shrub(size, rng.count(900, 2200), rng)
+            shrub(size, rng.count(900, 2000), rng)
         })
         .collect();
-    for _ in 0..rng.count(8, 18) {
+    for _ in 0..rng.count(10, 22) {
         let p = land.somewhere(rng);
         let pose = land.at(p).yaw(rng.angle()).scale(rng.range(0.6, 1.3));
         mesh.add(rng.pick(&kinds), pose);
