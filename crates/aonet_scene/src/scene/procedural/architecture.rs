@@ -98,6 +98,16 @@ pub(super) fn window(size: Vec2, depth: f32, rng: &mut Rng) -> Mesh {
 
 /// A closed or ajar door with raised panels and a knob, for an opening of `size`; front towards +z.
 pub(super) fn door(size: Vec2, rng: &mut Rng) -> Mesh {
+    let leaf = door_leaf(size, rng);
+    let ajar = if rng.chance(0.4) { -rng.range(0.1, 1.2) } else { 0.0 };
+    let mut mesh = leaf.at(Pose::at(-0.5 * size.x, 0.0, 0.0).yaw(ajar));
+    let jamb = vec2(rng.range(0.06, 0.1), 0.02);
+    mesh.add(&frame(size, jamb), Pose::at(0.0, 0.0, 0.1 + 0.008));
+    mesh
+}
+
+/// The leaf of a door for an opening of `size`, from its hinges at x = 0 along x.
+pub(super) fn door_leaf(size: Vec2, rng: &mut Rng) -> Mesh {
     let mut leaf = Mesh::default();
     let thick = 0.045;
     leaf.add(&block(vec3(size.x - 0.01, size.y - 0.01, thick), 0.004), Pose::at(0.5 * size.x, 0.005, 0.0));
@@ -120,11 +130,7 @@ pub(super) fn door(size: Vec2, rng: &mut Rng) -> Mesh {
             stem,
         );
     }
-    let ajar = if rng.chance(0.4) { -rng.range(0.1, 1.2) } else { 0.0 };
-    let mut mesh = leaf.at(Pose::at(-0.5 * size.x, 0.0, 0.0).yaw(ajar));
-    let jamb = vec2(rng.range(0.06, 0.1), 0.02);
-    mesh.add(&frame(size, jamb), Pose::at(0.0, 0.0, 0.1 + 0.008));
-    mesh
+    leaf
 }
 
 /// A floor of `half` extents whose top is y = 0: boards, tiles or one slab.

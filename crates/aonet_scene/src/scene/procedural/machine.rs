@@ -94,7 +94,7 @@ pub(super) fn plant(rng: &mut Rng) -> Mesh {
 }
 
 /// One machine part of about 1 m that stands at `pose`.
-fn unit(mesh: &mut Mesh, pose: Pose, rng: &mut Rng) {
+pub(super) fn unit(mesh: &mut Mesh, pose: Pose, rng: &mut Rng) {
     match rng.below(5) {
         0 => mesh.add(&tank(rng), pose),
         1 | 2 => mesh.add(&gear_train(rng), pose),
@@ -165,7 +165,7 @@ fn tank(rng: &mut Rng) -> Mesh {
 }
 
 /// A disc with bolts around, of `radius`, upright.
-fn flange(radius: f32) -> Mesh {
+pub(super) fn flange(radius: f32) -> Mesh {
     let mut mesh = cylinder((radius, radius), 0.25 * radius, 32);
     let head = bolt(0.24 * radius);
     for k in 0..8 {
@@ -176,7 +176,7 @@ fn flange(radius: f32) -> Mesh {
 }
 
 /// A hand wheel on a stem along +z.
-fn valve(radius: f32) -> Mesh {
+pub(super) fn valve(radius: f32) -> Mesh {
     let mut mesh = cylinder((0.18 * radius, 0.18 * radius), 1.1 * radius, 16);
     let rim = Pose::at(0.0, radius, 0.0);
     mesh.add(&torus(radius, 0.09 * radius, Segments { around: 40, across: 10 }), rim);

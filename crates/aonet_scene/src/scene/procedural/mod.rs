@@ -2,7 +2,9 @@
 //!
 //! Metres, +Y up, ground about y = 0. Equal kinds and seeds give equal scenes on every machine.
 
+mod apartment;
 mod architecture;
+mod car_park;
 mod cave;
 mod clutter;
 mod corridor;
@@ -12,6 +14,7 @@ mod hall;
 mod library;
 mod machine;
 mod mesh;
+mod pipeworks;
 mod plants;
 mod props;
 mod rng;
@@ -21,9 +24,11 @@ mod settle;
 mod shapes;
 mod solid;
 mod staircase;
+mod storeroom;
 mod street;
 mod tabletop;
 mod terrain;
+mod thicket;
 mod tools;
 mod toys;
 mod vehicle;
@@ -75,6 +80,16 @@ pub enum Kind {
     Drapes,
     /// The inside of a space ship.
     Corridor,
+    /// Furnished rooms along a corridor, seen through their doors.
+    Apartment,
+    /// Racks full of boxes, bins and cans along aisles.
+    Storeroom,
+    /// Parked cars, in part under a deck or a carport.
+    CarPark,
+    /// Hedges, bushes, ferns and climbers on a trellis.
+    Thicket,
+    /// Bundles of pipes, ducts and cable trays on racks.
+    Pipeworks,
 }
 
 impl Kind {
@@ -97,6 +112,11 @@ impl Kind {
         Self::ToyBlocks,
         Self::Drapes,
         Self::Corridor,
+        Self::Apartment,
+        Self::Storeroom,
+        Self::CarPark,
+        Self::Thicket,
+        Self::Pipeworks,
     ];
 
     /// The name in snake_case.
@@ -119,6 +139,11 @@ impl Kind {
             Self::ToyBlocks => "toy_blocks",
             Self::Drapes => "drapes",
             Self::Corridor => "corridor",
+            Self::Apartment => "apartment",
+            Self::Storeroom => "storeroom",
+            Self::CarPark => "car_park",
+            Self::Thicket => "thicket",
+            Self::Pipeworks => "pipeworks",
         }
     }
 
@@ -130,7 +155,9 @@ impl Kind {
             | Self::Cave
             | Self::Staircase
             | Self::Library
-            | Self::Corridor => true,
+            | Self::Corridor
+            | Self::Apartment
+            | Self::Storeroom => true,
             Self::ClutterPile
             | Self::Terrain
             | Self::Street
@@ -141,7 +168,10 @@ impl Kind {
             | Self::Workshop
             | Self::Village
             | Self::ToyBlocks
-            | Self::Drapes => false,
+            | Self::Drapes
+            | Self::CarPark
+            | Self::Thicket
+            | Self::Pipeworks => false,
         }
     }
 }
@@ -183,6 +213,11 @@ pub fn build(kind: Kind, seed: u64) -> Scene {
         Kind::ToyBlocks => toys::blocks(&mut rng),
         Kind::Drapes => drapes::drapes(&mut rng),
         Kind::Corridor => corridor::corridor(&mut rng),
+        Kind::Apartment => apartment::apartment(&mut rng),
+        Kind::Storeroom => storeroom::storeroom(&mut rng),
+        Kind::CarPark => car_park::car_park(&mut rng),
+        Kind::Thicket => thicket::thicket(&mut rng),
+        Kind::Pipeworks => pipeworks::pipeworks(&mut rng),
     };
     mesh.into_scene(format!("procedural:{kind}:{seed}"))
 }

@@ -11,17 +11,22 @@ use glam::{Vec2, vec2, vec3};
 use std::f32::consts::{FRAC_PI_2, PI};
 
 /// A room under construction: floor y = 0, inner walls at +-`half`.
-struct Room {
-    mesh: Mesh,
-    half: Vec2,
-    height: f32,
+pub(super) struct Room {
+    pub(super) mesh: Mesh,
+    pub(super) half: Vec2,
+    pub(super) height: f32,
     /// Footprints on the floor: lower and upper corner.
     taken: Vec<(Vec2, Vec2)>,
     /// Openings with the wall that they are in.
-    openings: Vec<(usize, Opening)>,
+    pub(super) openings: Vec<(usize, Opening)>,
 }
 
 impl Room {
+    /// An empty room without walls.
+    pub(super) fn new(half: Vec2, height: f32) -> Self {
+        Self { mesh: Mesh::default(), half, height, taken: Vec::new(), openings: Vec::new() }
+    }
+
     /// Whether a footprint is inside and free; takes it if so.
     fn claim(&mut self, lo: Vec2, hi: Vec2) -> bool {
         let inside = lo.cmpge(-self.half).all() && hi.cmple(self.half).all();
@@ -33,17 +38,17 @@ impl Room {
     }
 
     /// Where wall `side` (0..4) stands, seen from inside: x along it, z into the room.
-    fn along_wall(&self, side: usize, x: f32) -> Pose {
+    pub(super) fn along_wall(&self, side: usize, x: f32) -> Pose {
         let half = [self.half, vec2(self.half.y, self.half.x)][side % 2];
         Pose::IDENTITY.yaw(side as f32 * FRAC_PI_2).shift(x, 0.0, -half.y)
     }
 
-    fn wall_length(&self, side: usize) -> f32 {
+    pub(super) fn wall_length(&self, side: usize) -> f32 {
         2.0 * if side.is_multiple_of(2) { self.half.x } else { self.half.y }
     }
 
     /// Puts `part` with its back to some wall where there is place; where it went.
-    fn against_wall(&mut self, part: &Mesh, rng: &mut Rng) -> Option<Pose> {
+    pub(super) fn against_wall(&mut self, part: &Mesh, rng: &mut Rng) -> Option<Pose> {
         let (lo, hi) = part.extent();
         for _ in 0..12 {
             let side = rng.below(4);
@@ -60,7 +65,7 @@ impl Room {
     }
 
     /// Puts `part` at `pose` unless something is there.
-    fn put(&mut self, part: &Mesh, pose: Pose) -> bool {
+    pub(super) fn put(&mut self, part: &Mesh, pose: Pose) -> bool {
         let placed = part.at(pose);
         let (lo, hi) = placed.extent();
         let free = self.claim(vec2(lo.x, lo.z), vec2(hi.x, hi.z));
@@ -74,24 +79,24 @@ impl Room {
 /// The room.
 pub(super) fn room(rng: &mut Rng) -> Mesh {
     let half = vec2(rng.range(1.8, 3.0), rng.range(1.7, 2.8));
-    let mut room = Room {
-        mesh: Mesh::default(),
-        half,
-        height: rng.range(2.4, 3.4),
-        taken: Vec::new(),
-        openings: Vec::new(),
-    };
+    let mut room = Room::new(half, rng.range(2.4, 3.4));
     room.mesh.add(&floor(half, &mut rng.fork()), Pose::IDENTITY);
     walls(&mut room, &mut rng.fork());
     ceiling(&mut room, &mut rng.fork());
-    match rng.below(4) {
-        0 => bedroom(&mut room, rng),
-        1 => dining(&mut room, rng),
-        2 => study(&mut room, rng),
-        _ => living(&mut room, rng),
-    }
-    fill(&mut room, rng);
+    furnish(&mut room, rng);
+    let pieces = rng.count(7, 14);
+    fill(&mut room, pieces, rng);
     room.mesh
+}
+
+/// The main furniture of a room for sleeping, eating, working or sitting.
+pub(super) fn furnish(room: &mut Room, rng: &mut Rng) {
+    match rng.below(4) {
+        0 => bedroom(room, rng),
+        1 => dining(room, rng),
+        2 => study(room, rng),
+        _ => living(room, rng),
+    }
 }
 
 fn walls(room: &mut Room, rng: &mut Rng) {
@@ -126,28 +131,34 @@ fn walls(room: &mut Room, rng: &mut Rng) {
                 room.mesh.add(&door(hi - lo, rng), at);
                 continue;
             }
-            room.mesh.add(&window(hi - lo, thick, rng), at);
-            if rng.chance(0.5) {
-                let drop = if lo.y < 0.5 || rng.chance(0.7) { hi.y + 0.1 } else { hi.y - lo.y + 0.25 };
-                room.claim_front(side, 0.5 * (lo.x + hi.x), vec2(hi.x - lo.x + 0.3, 0.16));
-                let at = at.shift(0.0, hi.y - lo.y + 0.12, 0.5 * thick + 0.1);
-                room.mesh.add(&curtains(hi.x - lo.x + 0.3, drop, rng), at);
-            } else if lo.y > 0.6 && rng.chance(0.6) {
-                room.claim_front(side, 0.5 * (lo.x + hi.x), vec2(hi.x - lo.x, 0.17));
-                let at = at.shift(0.0, 0.12 - lo.y, 0.5 * thick + 0.1);
-                room.mesh.add(&radiator(0.9 * (hi.x - lo.x), lo.y - 0.22), at);
-            }
+            room.glaze((side, (lo, hi)), thick, rng);
         }
     }
 }
 
 impl Room {
     /// Keeps a `size` of floor (along the wall, into the room) free in front of wall `side` at `x`.
-    fn claim_front(&mut self, side: usize, x: f32, size: Vec2) {
+    pub(super) fn claim_front(&mut self, side: usize, x: f32, size: Vec2) {
         let a = self.along_wall(side, x - 0.5 * size.x).offset;
         let b = self.along_wall(side, x + 0.5 * size.x).shift(0.0, 0.0, size.y).offset;
         let (lo, hi) = (a.min(b), a.max(b));
         self.taken.push((vec2(lo.x, lo.z), vec2(hi.x, hi.z)));
+    }
+
+    /// A window in an opening of a wall `thick` deep, often with curtains or a radiator.
+    pub(super) fn glaze(&mut self, (side, (lo, hi)): (usize, Opening), thick: f32, rng: &mut Rng) {
+        let at = self.along_wall(side, 0.5 * (lo.x + hi.x)).shift(0.0, lo.y, -0.5 * thick);
+        self.mesh.add(&window(hi - lo, thick, rng), at);
+        if rng.chance(0.5) {
+            let drop = if lo.y < 0.5 || rng.chance(0.7) { hi.y + 0.1 } else { hi.y - lo.y + 0.25 };
+            self.claim_front(side, 0.5 * (lo.x + hi.x), vec2(hi.x - lo.x + 0.3, 0.16));
+            let at = at.shift(0.0, hi.y - lo.y + 0.12, 0.5 * thick + 0.1);
+            self.mesh.add(&curtains(hi.x - lo.x + 0.3, drop, rng), at);
+        } else if lo.y > 0.6 && rng.chance(0.6) {
+            self.claim_front(side, 0.5 * (lo.x + hi.x), vec2(hi.x - lo.x, 0.17));
+            let at = at.shift(0.0, 0.12 - lo.y, 0.5 * thick + 0.1);
+            self.mesh.add(&radiator(0.9 * (hi.x - lo.x), lo.y - 0.22), at);
+        }
     }
 }
 
@@ -170,6 +181,12 @@ fn ceiling(room: &mut Room, rng: &mut Rng) {
             room.mesh.add(&beam, Pose::at(0.0, height - deep, z));
         }
     }
+    pendant(room, rng);
+}
+
+/// A lamp that hangs from the middle of the ceiling.
+pub(super) fn pendant(room: &mut Room, rng: &mut Rng) {
+    let height = room.height;
     let long = rng.range(0.4, 0.9);
     let cord = super::shapes::cylinder((0.005, 0.005), long, 8);
     room.mesh.add(&cord, Pose::at(0.0, height - long, 0.0));
@@ -318,8 +335,8 @@ fn small_thing(rng: &mut Rng) -> (Mesh, f32) {
 }
 
 /// Plants, lamps, cupboards, pictures and what lies about, where there is place left.
-fn fill(room: &mut Room, rng: &mut Rng) {
-    for _ in 0..rng.count(7, 14) {
+pub(super) fn fill(room: &mut Room, pieces: usize, rng: &mut Rng) {
+    for _ in 0..pieces {
         let kind = rng.below(6);
         let part = match kind {
             0 => potted_plant(rng.range(0.6, 1.5), rng),
@@ -333,6 +350,11 @@ fn fill(room: &mut Room, rng: &mut Rng) {
         }
     }
     litter(room, rng);
+    hang(room, rng);
+}
+
+/// Pictures and shelves on the walls, where there is place left.
+pub(super) fn hang(room: &mut Room, rng: &mut Rng) {
     for side in 0..4 {
         let long = room.wall_length(side);
         for _ in 0..rng.count(1, 4) {

@@ -268,7 +268,7 @@ fn furniture(mesh: &mut Mesh, (long, road, walk): (f32, f32, f32), rng: &mut Rng
 }
 
 /// A lamp post whose arm points along +z.
-fn street_lamp(rng: &mut Rng) -> Mesh {
+pub(super) fn street_lamp(rng: &mut Rng) -> Mesh {
     let high = rng.range(3.6, 5.2);
     let foot = [
         (0.0, 0.0),
@@ -302,7 +302,7 @@ fn street_lamp(rng: &mut Rng) -> Mesh {
     mesh
 }
 
-fn litter_bin(rng: &mut Rng) -> Mesh {
+pub(super) fn litter_bin(rng: &mut Rng) -> Mesh {
     let (r, h) = (rng.range(0.2, 0.28), rng.range(0.7, 0.95));
     let mut mesh = super::props::hollow(&[vec2(0.9 * r, 0.0), vec2(r, 0.5 * h), vec2(r, h)], 0.02);
     let slats = 18;

@@ -284,7 +284,7 @@ fn well(rng: &mut Rng) -> Mesh {
     mesh
 }
 
-fn barrels(rng: &mut Rng) -> Mesh {
+pub(super) fn barrels(rng: &mut Rng) -> Mesh {
     let staves = |k: usize| {
         let t = k as f32 / 8.0;
         vec2(0.26 + 0.08 * 4.0 * t * (1.0 - t), 0.85 * t)
@@ -368,7 +368,7 @@ fn haystack(rng: &mut Rng) -> Mesh {
 }
 
 /// A fence of `long` along x.
-fn fence(long: f32, rng: &mut Rng) -> Mesh {
+pub(super) fn fence(long: f32, rng: &mut Rng) -> Mesh {
     let mut mesh = Mesh::default();
     for y in [0.3, 0.75] {
         mesh.add(&block(vec3(long, 0.07, 0.03), 0.006), Pose::at(0.0, y, -0.03));
