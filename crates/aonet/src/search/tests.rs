@@ -212,8 +212,8 @@ fn a_floor_beside_a_wall_bends_by_the_closed_form() {
                 checked += 1;
             }
         }
-        eprintln!("{}: {worst} degrees at most", method.name());
-        assert!(checked > 40 && worst < 1.5, "{}: {worst} degrees", method.name());
+        // Measured: 0.65 degrees.
+        assert!(checked > 40 && worst < 1.0, "{}: {worst} degrees", method.name());
     }
     // At the foot of an endless wall: atan(2 / pi).
     assert!((bent_beside_a_wall(0.0).to_degrees() - 32.48).abs() < 0.01);
