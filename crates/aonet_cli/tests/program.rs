@@ -284,7 +284,10 @@ fn bent_normals_are_channels_or_a_file_of_their_own() {
         ("classic gtao frame.exr -o x.png --bent-normals", "--bent-normals=FILE"),
         ("classic gtao frame.exr -o x.exr --bent-normals=x.jpg", ".png"),
         ("infer frame.exr --model paper -o x.exr --bent-normals", "without a search"),
-        ("trace procedural:room:1 --view view.json -o x.exr --bent-normals --device gpu", "--device"),
+        (
+            "trace procedural:clutter_pile:1 --view view.json -o x.exr --bent-normals --device gpu",
+            "--device cpu",
+        ),
         ("bent views --spp 16 --model paper", "without a search"),
     ] {
         assert!(desk.fails(line).contains(word), "{line}");

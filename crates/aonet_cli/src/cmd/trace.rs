@@ -47,14 +47,14 @@ pub(crate) struct Args {
 
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<()> {
-    let backend = args.device.backend()?;
-    let (tracer, view) = args.scene.load()?;
-    let surface = gbuffer::render(&tracer, &view)?;
     anyhow::ensure!(
         !args.bent_normals || args.device == Device::Cpu,
         "--bent-normals: expected --device cpu, which traces them; found {}",
         args.device.name()
     );
+    let backend = args.device.backend()?;
+    let (tracer, view) = args.scene.load()?;
+    let surface = gbuffer::render(&tracer, &view)?;
     let start = Instant::now();
     let sampling = Sampling { spp: args.spp, seed: args.seed };
     let (ao, bent) = match args.bent_normals {
