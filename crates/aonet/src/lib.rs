@@ -17,6 +17,7 @@ mod threads;
 
 pub use error::{Error, Result};
 pub use frame::ao_image::{AoImage, AoParams};
+pub use frame::bent_normals::BentNormals;
 pub use frame::camera::{Camera, Projection};
 pub use frame::coarse::CoarseDepth;
 pub use frame::gbuffer::{GBuffer, SecondLayer};

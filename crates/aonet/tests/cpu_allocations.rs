@@ -6,7 +6,7 @@ mod common;
 use aonet::net::cpu::{Options, Precision, Session};
 use aonet::net::{Features, KernelWeights, Ranges};
 use aonet::search::{self, Classic};
-use aonet::{AoImage, Margin, Size};
+use aonet::{AoImage, BentNormals, Margin, Size};
 use common::{frame, model, params, small};
 use std::alloc::{GlobalAlloc, Layout, System};
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -51,6 +51,16 @@ fn classic_methods() {
             }
         });
         assert_eq!(count, 0, "{}, {threads} threads", method.name());
+        if method.has_bent_normals() {
+            let mut session = search::Session::with_bent_normals(&method, gbuffer.size(), options).unwrap();
+            let mut bent = BentNormals::zeros(gbuffer.size());
+            let count = allocations(|| {
+                for _ in 0..200 {
+                    session.run_with_bent_normals(&gbuffer, params(), &mut image, &mut bent).unwrap();
+                }
+            });
+            assert_eq!(count, 0, "bent normals, {}, {threads} threads", method.name());
+        }
     }
 }
 

@@ -7,7 +7,7 @@ mod device;
 use aonet::gpu::{Device, FrameViews, Kernels, Layers, Offscreen, Options, Precision, wgpu};
 use aonet::net::gpu::Session;
 use aonet::net::{Features, KernelWeights, Model, ModelConfig, Skips, cpu, shipped};
-use aonet::{AoImage, AoParams, GBuffer, Size};
+use aonet::{AoImage, AoParams, BentNormals, GBuffer, Size};
 use common::{
     assert_close, behind_bars, frame, max_error, mean_error, model, oracle, params, small, spread, surveying,
     waves, weighing_shares,
@@ -322,4 +322,36 @@ fn wrong_sizes_formats_and_frames_are_errors() {
     assert!(session.encode(&mut encoder, &view, &bad.frame).is_err(), "a camera of another size");
     let other = session.sibling(Size::px(10, 20)).unwrap();
     assert!(other.encode(&mut encoder, &view, &bad.frame).is_err(), "a view of another size");
+}
+
+#[test]
+fn a_network_gives_the_bent_normals_of_its_search() {
+    let Some(device) = device() else { return };
+    let gbuffer = waves(Size::px(120, 83));
+    let size = gbuffer.size();
+    for bytes in [shipped::FAST, shipped::BALANCED, shipped::HIGH] {
+        let model = Model::from_bytes(bytes).unwrap();
+        let (mut image, mut expected) = (AoImage::open(size), BentNormals::zeros(size));
+        let mut session = cpu::Session::with_bent_normals(&model, size, cpu::Options::default()).unwrap();
+        session.run_with_bent_normals(&gbuffer, params(), &mut image, &mut expected).unwrap();
+        let (mut visibility, mut found) = (AoImage::open(size), BentNormals::zeros(size));
+        let frames = (size, Layers::One);
+        let mut session = Offscreen::with_bent_normals(&device, &model, frames, Precision::F32).unwrap();
+        session.run_with_bent_normals(&gbuffer, params(), &mut visibility, &mut found).unwrap();
+        let cosines = found.directions().iter().zip(expected.directions());
+        let off = cosines.map(|(a, b)| 1.0 - (0..3).map(|c| a[c] * b[c]).sum::<f32>());
+        let mean = off.sum::<f32>() / size.pixels() as f32;
+        eprintln!("1 - cosine: {mean:e}");
+        // A thousandth is 2.6 degrees; taps between two pixels may fall on either.
+        assert!(mean < 1e-4, "{mean:e}");
+        let mut alone = AoImage::open(size);
+        Offscreen::new(&device, &model, size, Precision::F32)
+            .unwrap()
+            .run(&gbuffer, params(), &mut alone)
+            .unwrap();
+        assert!(mean_error(&visibility, &alone) < HORIZON_MEAN_TOLERANCE);
+    }
+    let paper = model(ModelConfig::paper(), 1);
+    let refused = Offscreen::with_bent_normals(&device, &paper, (size, Layers::One), Precision::F32);
+    assert!(refused.unwrap_err().to_string().contains("search"));
 }

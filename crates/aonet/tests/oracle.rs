@@ -9,7 +9,7 @@ use aonet::net::cpu::{Options, Precision, Session};
 use aonet::net::{Channel, Features, Model, ModelConfig, SearchConfig, TrainingFacts};
 use aonet::search::{AgtaoParams, ArcsParams};
 use aonet::simd::Level;
-use aonet::{AoImage, GBuffer, Projection, Size};
+use aonet::{AoImage, BentNormals, GBuffer, Projection, Size, glam};
 use common::{behind_bars, frame, model, params, survey, surveying, waves, waves_through};
 
 /// Largest difference of a feature, over its size where that is more than 1. Measured: 1.2e-7.
@@ -117,6 +117,74 @@ fn searches_find_what_their_definition_says() {
             }
         }
     }
+}
+
+/// Largest angle of a bent normal where all taps fall on the same pixels and the pixel is not dark (degrees). Measured: one pixel of
+/// 2310 with depths at random is farther off.
+const BENT_TOLERANCE: f32 = 0.2;
+
+#[test]
+fn bent_normals_are_what_their_definition_says() {
+    let tuned = tuned();
+    for agtao in [
+        tuned,
+        AgtaoParams { denoise_passes: 0, ..tuned },
+        AgtaoParams { denoise_passes: 0, slices: 2, power: 1.0, attenuation: 0.3, angle_bias: 0.0, ..tuned },
+    ] {
+        let model = searching(SearchConfig::Agtao(agtao));
+        for gbuffer in frames() {
+            let size = gbuffer.size();
+            let expected = naive::bent_normals(&agtao, &gbuffer, params());
+            for level in Level::available() {
+                let options = Options { threads: 2, level, precision: Precision::F32 };
+                let mut session = Session::with_bent_normals(&model, size, options).unwrap();
+                let (mut image, mut found) = (AoImage::open(size), BentNormals::zeros(size));
+                session.run_with_bent_normals(&gbuffer, params(), &mut image, &mut found).unwrap();
+                let mut alone = AoImage::open(size);
+                Session::with_options(&model, size, options)
+                    .unwrap()
+                    .run(&gbuffer, params(), &mut alone)
+                    .unwrap();
+                assert_eq!(image, alone, "bent normals change no visibility");
+                let angles: Vec<f32> = found
+                    .directions()
+                    .iter()
+                    .zip(expected.directions())
+                    .map(|(a, b)| degrees(*a, *b))
+                    .collect();
+                let far = |i: &usize| angles[*i] > BENT_TOLERANCE && image.visibility()[*i] > 0.05;
+                let flipped = (0..angles.len()).filter(far).count();
+                let share = flipped as f32 / angles.len() as f32;
+                let what = format!("{agtao:?}, {size:?}, {level:?}");
+                assert!(share <= FLIPPED_SHARE, "{what}: {flipped} pixels are off");
+            }
+        }
+    }
+}
+
+/// The angle between two vectors (degrees); 0 where both are 0.
+fn degrees(a: [f32; 3], b: [f32; 3]) -> f32 {
+    let (a, b) = (glam::Vec3::from(a), glam::Vec3::from(b));
+    if a == b { 0.0 } else { a.angle_between(b).to_degrees() }
+}
+
+#[test]
+fn networks_with_any_search_have_bent_normals_and_others_say_so() {
+    let gbuffer = &frames()[0];
+    let size = gbuffer.size();
+    let (mut image, mut found) = (AoImage::open(size), BentNormals::zeros(size));
+    // Beside connected arcs, the tuned horizon search runs.
+    let arcs = searching(SearchConfig::Arcs(ArcsParams::default()));
+    let mut session = Session::with_bent_normals(&arcs, size, Options::default()).unwrap();
+    session.run_with_bent_normals(gbuffer, params(), &mut image, &mut found).unwrap();
+    let expected = naive::bent_normals(&tuned(), gbuffer, params());
+    let pairs = found.directions().iter().zip(expected.directions());
+    assert!(pairs.filter(|(a, b)| degrees(**a, **b) > BENT_TOLERANCE).count() < 100);
+    let mut without = Session::new(&arcs, size, 1).unwrap();
+    assert!(without.run_with_bent_normals(gbuffer, params(), &mut image, &mut found).is_err());
+    let paper = model(ModelConfig::paper(), 1);
+    let error = Session::with_bent_normals(&paper, size, Options::default()).unwrap_err().to_string();
+    assert!(error.contains("without a search"), "{error}");
 }
 
 #[test]

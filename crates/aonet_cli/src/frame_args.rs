@@ -3,8 +3,9 @@
 use crate::device::Device;
 use crate::{names, output};
 use anyhow::{Context, Result};
-use aonet::{AoImage, AoParams};
+use aonet::{AoImage, AoParams, BentNormals, Size};
 use aonet_lab::ao_file::save_ao;
+use aonet_lab::bent_file::{save_ao_with_bent_normals, save_bent_normals};
 use aonet_lab::frame::{Frame, FrameHints};
 use aonet_lab::timing;
 use aonet_scene::View;
@@ -24,6 +25,10 @@ pub(crate) struct FrameArgs {
     /// File to write: .exr (32-bit) or .png (16-bit grey), linear.
     #[arg(short, long, value_name = "AO", value_parser = names::exr_or_png())]
     output: PathBuf,
+    /// Also write bent normals, the mean directions of open light: as channels bent_normal.X/Y/Z beside the AO of an .exr, or into a
+    /// file of their own, .exr or .png (n/2 + 1/2). gtao, agtao and networks with a search have them.
+    #[arg(long, value_name = "FILE", num_args = 0..=1, require_equals = true, value_parser = names::exr_or_png())]
+    bent_normals: Option<Option<PathBuf>>,
     /// AO radius (world units); otherwise the frame's or the view's.
     #[arg(long)]
     radius: Option<f32>,
@@ -84,16 +89,42 @@ impl FrameArgs {
         self.json
     }
 
-    /// Writes the AO and reports how it was made.
-    pub(crate) fn finish(&self, image: &AoImage, run: &Run<'_>) -> Result<()> {
+    /// An image for the bent normals of a picture of this size, if they are wanted.
+    ///
+    /// # Errors
+    /// When they are to stand beside the AO and that is a PNG.
+    pub(crate) fn bent_normals(&self, size: Size) -> Result<Option<BentNormals>> {
+        let is_png = self.output.extension().is_some_and(|e| e.eq_ignore_ascii_case("png"));
+        anyhow::ensure!(
+            !is_png || !matches!(self.bent_normals, Some(None)),
+            "--bent-normals: a .png of AO has no room for them; expected --bent-normals=FILE, or an .exr as --output"
+        );
+        Ok(self.bent_normals.as_ref().map(|_| BentNormals::zeros(size)))
+    }
+
+    /// Writes the AO, and bent normals where there are some, and reports how it was made.
+    pub(crate) fn finish(
+        &self,
+        (image, bent): (&AoImage, Option<&BentNormals>),
+        run: &Run<'_>,
+    ) -> Result<()> {
         let &Run { method, device, params, start } = run;
         let ms = start.elapsed().as_secs_f64() * 1e3;
-        save_ao(&self.output, image)?;
+        let own = self.bent_normals.iter().flatten().next();
+        match (bent, own) {
+            (Some(bent), None) => save_ao_with_bent_normals(&self.output, image, bent)?,
+            (Some(bent), Some(path)) => {
+                save_ao(&self.output, image)?;
+                save_bent_normals(path, bent)?;
+            }
+            (None, _) => save_ao(&self.output, image)?,
+        }
         let (width, height, radius) = (image.width(), image.height(), params.radius());
         if self.json {
             return output::json(&json!({
                 "ao": self.output, "width": width, "height": height, "radius": radius, "ms": ms,
                 "device": device.name(), "method": method, "peak_mib": timing::peak_mib(),
+                "bent_normals": bent.map(|_| own.unwrap_or(&self.output)),
             }));
         }
         output::note(&format!("{width}x{height}, radius {radius}, {ms:.1} ms"));

@@ -8,6 +8,7 @@ mod setup;
 
 mod cmd {
     pub(crate) mod bench;
+    pub(crate) mod bent;
     pub(crate) mod calibrate;
     pub(crate) mod classic;
     pub(crate) mod compare;
@@ -60,6 +61,7 @@ enum Command {
     Eval(cmd::eval::Args),
     Flicker(cmd::flicker::Args),
     Ladder(cmd::ladder::Args),
+    Bent(cmd::bent::Args),
     Export(cmd::export::Args),
     Info(cmd::info::Args),
     Bench(cmd::bench::Args),
@@ -134,6 +136,7 @@ fn run(command: Command) -> anyhow::Result<Outcome> {
         Command::Eval(args) => cmd::eval::run(&args)?,
         Command::Flicker(args) => cmd::flicker::run(&args)?,
         Command::Ladder(args) => cmd::ladder::run(&args)?,
+        Command::Bent(args) => cmd::bent::run(&args)?,
         Command::Export(args) => cmd::export::run(&args)?,
         Command::Info(args) => cmd::info::run(&args)?,
         Command::Bench(args) => cmd::bench::run(&args)?,

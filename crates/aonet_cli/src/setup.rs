@@ -6,11 +6,11 @@ use aonet::internals::graph::Graph;
 use aonet::internals::weights::Weights;
 use aonet::net::{Model, ModelConfig, TrainingFacts, shipped};
 use aonet::search::Classic;
-use aonet::{AoImage, AoParams, Size};
+use aonet::{AoImage, AoParams, BentNormals, Size};
 use aonet_lab::preset::Preset;
 use aonet_scene::backend::Rays;
 use aonet_scene::gbuffer::Surface;
-use aonet_scene::reference::Sampling;
+use aonet_scene::reference::{Sampling, reference_with_bent_normals};
 use aonet_scene::scene::MissingNormals;
 use aonet_scene::scene::ground::add_ground;
 use aonet_scene::scene::procedural;
@@ -253,6 +253,21 @@ pub(crate) fn reference(
     let ao = rays.reference_ao(surface, params, sampling, &|rays| output::traced(&bar, rays))?;
     bar.finish_and_clear();
     Ok(ao)
+}
+
+/// Traces the reference with bent normals, on the CPU, with a progress bar.
+pub(crate) fn bent_reference(
+    tracer: &Tracer,
+    surface: &Surface,
+    params: AoParams,
+    sampling: Sampling,
+) -> Result<(AoImage, BentNormals)> {
+    let pixels = surface.gbuffer.depth().iter().filter(|d| d.is_finite()).count() as u64;
+    let bar = output::ray_bar(pixels * u64::from(sampling.spp));
+    let traced = |rays| output::traced(&bar, rays);
+    let found = reference_with_bent_normals(tracer, surface, params, sampling, &traced)?;
+    bar.finish_and_clear();
+    Ok(found)
 }
 
 /// The given number of threads, by default all cores.

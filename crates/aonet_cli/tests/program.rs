@@ -258,6 +258,44 @@ fn classic_methods_run_are_tuned_and_drawn() {
 }
 
 #[test]
+fn bent_normals_are_channels_or_a_file_of_their_own() {
+    let desk = Desk::new();
+    let channel = |file: &str| {
+        let bytes = std::fs::read(desk.path(file)).unwrap();
+        bytes.windows(14).any(|found| found == b"bent_normal.X\0")
+    };
+    desk.ok("trace procedural:clutter_pile:1 --view view.json --spp 8 -o frame.exr --bent-normals");
+    desk.ok("trace procedural:clutter_pile:1 --view view.json --spp 8 -o plain.exr");
+    assert!(channel("frame.exr") && !channel("plain.exr"));
+    desk.ok("classic gtao frame.exr -o gtao.exr --bent-normals");
+    let facts = desk.json("infer frame.exr -o balanced.exr --bent-normals=bent.exr --json");
+    assert_eq!(facts["bent_normals"], json!("bent.exr"));
+    assert!(channel("gtao.exr") && channel("bent.exr") && !channel("balanced.exr"));
+    desk.ok("infer frame.exr --model high -o high.png --bent-normals=bent.png");
+    assert!(desk.path("bent.png").exists() && desk.path("high.png").exists());
+    let times =
+        desk.json("bench --classic agtao:tuned --bent-normals --size 48x32 --threads 1 --runs 1 --json");
+    assert!(times["bent_normals"][0]["times"]["ratio"].as_f64().unwrap() > 0.0, "{times}");
+    desk.ok("dataset views --procedural clutter_pile:1 --frames 1 --width 48 --height 32 --spp 4");
+    let rows = desk.json("bent views --spp 16 --model fast --json");
+    assert_eq!(rows["rows"].as_array().unwrap().len(), 5);
+    for (line, word) in [
+        ("classic arcs frame.exr -o x.exr --bent-normals", "gtao or agtao"),
+        ("classic gtao frame.exr -o x.png --bent-normals", "--bent-normals=FILE"),
+        ("classic gtao frame.exr -o x.exr --bent-normals=x.jpg", ".png"),
+        ("infer frame.exr --model paper -o x.exr --bent-normals", "without a search"),
+        (
+            "trace procedural:clutter_pile:1 --view view.json -o x.exr --bent-normals --device gpu",
+            "--device cpu",
+        ),
+        ("bent views --spp 16 --model paper", "without a search"),
+    ] {
+        assert!(desk.fails(line).contains(word), "{line}");
+    }
+    assert!(!desk.path("x.exr").exists());
+}
+
+#[test]
 fn flicker_tells_networks_and_classic_methods_apart() {
     let desk = Desk::new();
     let rows = desk.json(

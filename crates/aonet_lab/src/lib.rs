@@ -3,6 +3,8 @@
 
 mod adam;
 pub mod ao_file;
+pub mod bending;
+pub mod bent_file;
 pub mod calibrate;
 pub mod dataset;
 pub mod eval;

@@ -4,7 +4,7 @@ use crate::gbuffer::{Surface, corners, geometric_normal};
 use crate::trace::{FAN, Fan, Tracer};
 use crate::{Error, Result, Scene};
 use aonet::internals::random::SplitMix64;
-use aonet::{AoImage, AoParams};
+use aonet::{AoImage, AoParams, BentNormals};
 use glam::{DVec3, Mat3A, Vec3A};
 use rayon::prelude::*;
 
@@ -59,6 +59,44 @@ pub fn reference_ao(
         progress(rays);
     });
     Ok(image)
+}
+
+/// [`reference_ao`] with bent normals: the normalised mean of the directions of the same rays that are open, in view space; the
+/// surface's normal where none is, zero on the background.
+///
+/// # Errors
+/// As [`reference_ao`].
+pub fn reference_with_bent_normals(
+    tracer: &Tracer,
+    surface: &Surface,
+    params: AoParams,
+    sampling: Sampling,
+    progress: &(dyn Fn(u64) + Sync),
+) -> Result<(AoImage, BentNormals)> {
+    sampling.check()?;
+    surface.check_of(tracer.scene())?;
+    let surface = &*surface.without_margin();
+    let (radius, gbuffer) = (params.radius(), &surface.gbuffer);
+    let (width, size) = (gbuffer.width(), gbuffer.size());
+    let view_from_world = gbuffer.camera().view_from_world();
+    let disk = Disk::new(sampling);
+    let (mut image, mut bent) = (AoImage::open(size), BentNormals::zeros(size));
+    let rows = image.visibility_mut().par_chunks_mut(width).zip(bent.directions_mut().par_chunks_mut(width));
+    rows.enumerate().for_each(|(y, (visibilities, directions))| {
+        let mut rays = 0;
+        for (x, (visibility, direction)) in visibilities.iter_mut().zip(directions).enumerate() {
+            let pixel = y * width + x;
+            if let Some(point) = Point::new(tracer.scene(), surface, pixel) {
+                let mut sum = Vec3A::ZERO;
+                *visibility = disk.open_share(tracer, &point, radius, |open| sum += open);
+                let bent = view_from_world.transform_vector3a(sum).try_normalize();
+                *direction = bent.map_or(gbuffer.normal()[pixel], |bent| bent.to_array());
+                rays += u64::from(sampling.spp);
+            }
+        }
+        progress(rays);
+    });
+    Ok((image, bent))
 }
 
 /// Where the rays of a pixel start, world space.
@@ -143,6 +181,12 @@ impl Disk {
 
     /// The open share of a pixel's rays.
     fn visibility(&self, tracer: &Tracer, point: &Point, radius: f32) -> f32 {
+        self.open_share(tracer, point, radius, |_| ())
+    }
+
+    /// The same; calls `see` with the direction of every open ray (world space).
+    #[inline]
+    fn open_share(&self, tracer: &Tracer, point: &Point, radius: f32, mut see: impl FnMut(Vec3A)) -> f32 {
         let turned = Turned::new(self, point);
         let mut fan = Fan::new(point.origin, point.geo_normal, radius);
         let mut open = 0;
@@ -151,7 +195,9 @@ impl Disk {
             for (i, spoke) in spokes.iter().enumerate() {
                 fan.set(i, turned.direction(spoke));
             }
-            open += (fan.rays & !tracer.blocked(&fan)).count_ones();
+            let free = fan.rays & !tracer.blocked(&fan);
+            open += free.count_ones();
+            (0..spokes.len()).filter(|i| free >> i & 1 == 1).for_each(|i| see(turned.direction(&spokes[i])));
         }
         open as f32 / turned.rays
     }

@@ -451,3 +451,27 @@ fn a_target_shows_the_picture_whatever_it_encodes() {
         assert!((f64::from(*value) - f64::from(mean(x, y, c)) / 4.0).abs() <= 2.0, "({x}, {y})");
     }
 }
+
+#[test]
+fn bent_normals_change_the_light_of_methods_that_have_them_and_no_visibility() {
+    let Some(device) = device() else { return };
+    let size = Size::px(130, 70);
+    let (tracer, view) = proposed(Kind::FurnishedRoom, size);
+    let mut renderer = renderer(&device, tracer.scene(), size);
+    let mut drawn = |method, show, bent_normals| {
+        let methods = [method; 2];
+        draw(&device, &mut renderer, &FrameParams { methods, show, bent_normals, ..frame(&view) });
+        readback::picture(&renderer).unwrap()
+    };
+    for method in [Method::Gtao, Method::AgtaoTuned, Method::Balanced, Method::Vbao] {
+        let [plain, lit] = [false, true].map(|bent| drawn(method, Show::Shaded, bent));
+        let changed = plain.iter().zip(&lit).filter(|(a, b)| a.abs_diff(**b) > 1).count();
+        assert_eq!(changed > 500, method.has_bent_normals(), "{method}: {changed} values");
+        let [a, b] = [false, true].map(|bent| drawn(method, Show::Visibility, bent));
+        assert_eq!(a, b, "{method}");
+        // The switch goes back, too.
+        assert_eq!(drawn(method, Show::Shaded, false), plain, "{method}");
+        let [bent, normals] = [Show::Bent, Show::Normals].map(|show| drawn(method, show, false));
+        assert_eq!(bent != normals, method.has_bent_normals(), "{method}");
+    }
+}

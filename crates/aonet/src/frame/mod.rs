@@ -2,6 +2,7 @@
 //! are at the root of the crate; [`Camera`](crate::Camera) describes which engine has which matrix.
 
 pub(crate) mod ao_image;
+pub(crate) mod bent_normals;
 pub(crate) mod camera;
 mod check;
 pub(crate) mod coarse;

@@ -16,8 +16,8 @@ pub(crate) mod wgpu_30;
 
 pub use matrices::Matrices;
 pub use options::{
-    DepthEncoding, FrameNumbers, Kernels, Layers, NormalEncoding, NormalSpace, Precision, ProgramOptions,
-    TextureEncoding,
+    BentEncoding, DepthEncoding, FrameNumbers, Kernels, Layers, NormalEncoding, NormalSpace, Precision,
+    ProgramOptions, TextureEncoding,
 };
 pub use program::{Describe, Program, Template};
 #[cfg(feature = "gpu")]

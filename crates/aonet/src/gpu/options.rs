@@ -108,6 +108,16 @@ pub enum NormalEncoding {
     OctahedralUnorm,
 }
 
+/// How a texture holds bent normals: unit vectors in view space, with an alpha of 1; all is 0 on the background.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum BentEncoding {
+    /// x, y and z as they are: `Rgba16Float`, `Rgba32Float`.
+    #[default]
+    Plain,
+    /// n/2 + 1/2: `Rgba8Unorm`, `Bgra8Unorm`, `Rgb10a2Unorm`.
+    Unorm,
+}
+
 /// The space that normals are in.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]

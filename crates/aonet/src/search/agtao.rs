@@ -3,14 +3,14 @@
 // along it. Where the horizon rises, the light of that rise is lost, the less of it the farther away the occluder is:
 // a distant wall no longer hides what a near edge takes, as the highest horizon alone would have it.
 
-use super::PixelMethod;
+use super::bent::{BEAM, BENT_PLANES, Sums};
 use super::cubic::Spacing;
-use super::gtao::power;
 use super::noise::noise_at;
 use super::params::filtered_params;
 use super::screen::{Pixels, Screen};
 use super::slice::Slice;
 use super::stride::Stride;
+use super::{PixelMethod, PixelShares};
 use crate::simd::Simd;
 use crate::simd::lanes::F;
 use std::f32::consts::PI;
@@ -55,19 +55,19 @@ pub(crate) struct Agtao<'a> {
 }
 
 /// The highest occluder so far on one side of a slice.
-struct Horizon<S: Simd> {
+struct Horizon<S: Simd, const N: usize> {
     /// 1 along the slice, -1 against it.
     sign: f32,
     /// Of the angle to the viewer.
     cosine: F<S>,
-    /// Light between the viewer and it.
-    light: F<S>,
+    /// Light between the viewer and it. See [`Slice::beam_above`].
+    beam: [F<S>; N],
 }
 
-impl<S: Simd> Horizon<S> {
+impl<S: Simd, const N: usize> Horizon<S, N> {
     #[inline(always)]
     fn new(slice: &Slice<S>, sign: f32, cosine: F<S>) -> Self {
-        Self { sign, cosine, light: slice.light_above(cosine, sign) }
+        Self { sign, cosine, beam: slice.beam_above(cosine, sign) }
     }
 }
 
@@ -88,64 +88,78 @@ impl<'a> Agtao<'a> {
 
     /// Light that occluders on both sides of a slice take.
     #[inline(always)]
-    fn lost<S: Simd>(&self, p: &Pixels<S>, slice: &Slice<S>, jitter: F<S>) -> F<S> {
+    fn lost<S: Simd, const N: usize>(&self, p: &Pixels<S>, slice: &Slice<S>, jitter: F<S>) -> [F<S>; N] {
         // The tangent's elevation above the viewer's plane has the sine -sign sin n and the cosine cos n.
         let [cos_bias, sin_bias] = self.cos_sin_bias;
         let (across, up) = (slice.sin_n * cos_bias, slice.cos_n.max(0.0) * sin_bias);
         let mut ahead = Horizon::new(slice, 1.0, up - across);
         let mut behind = Horizon::new(slice, -1.0, up + across);
-        let mut lost = F::new(up.simd(), 0.0);
+        let mut lost = [F::new(up.simd(), 0.0); N];
         let reach = p.radius_px * self.params.radius_scale;
         for (k, share) in self.spacing.steps().iter().enumerate() {
             let pixels = (share.at(jitter) * reach).max(1.0 + k as f32);
             let stride = Stride::new(self.screen, slice, pixels);
-            lost += self.rise(p, slice, &stride, &mut ahead);
-            lost += self.rise(p, slice, &stride.reversed(), &mut behind);
+            self.rise(p, slice, &stride, &mut ahead, &mut lost);
+            self.rise(p, slice, &stride.reversed(), &mut behind, &mut lost);
         }
         lost
     }
 
-    /// Light that is lost where the horizon rises to a tap.
+    /// Adds the light that is lost where the horizon rises to a tap.
     #[inline(always)]
-    fn rise<S: Simd>(
+    fn rise<S: Simd, const N: usize>(
         &self,
         p: &Pixels<S>,
         slice: &Slice<S>,
         stride: &Stride<S>,
-        horizon: &mut Horizon<S>,
-    ) -> F<S> {
+        horizon: &mut Horizon<S, N>,
+        lost: &mut [F<S>; N],
+    ) {
         let at = stride.look(self.screen, p);
         let cosine = at.towards * at.squared.rough_inverse_sqrt();
         let rises = at.squared.le(self.squared_radius) & horizon.cosine.lt(cosine);
         if !rises.any() {
-            return F::new(p.x.simd(), 0.0);
+            return;
         }
         let rises = rises & stride.inside(self.screen, p);
         let weight = 1.0 - at.squared * (self.params.attenuation / self.squared_radius);
-        let light = slice.light_above(cosine, horizon.sign);
-        let lost = rises.select((horizon.light - light) * weight, 0.0);
+        let beam = slice.beam_above::<N>(cosine, horizon.sign);
+        for c in 0..N {
+            lost[c] += rises.select((horizon.beam[c] - beam[c]) * weight, 0.0);
+            horizon.beam[c] = rises.select(beam[c], horizon.beam[c]);
+        }
         horizon.cosine = rises.select(cosine, horizon.cosine);
-        horizon.light = rises.select(light, horizon.light);
-        lost
+    }
+
+    /// Sums over the slices of the pixels from (`x`, `y`) on.
+    #[inline(always)]
+    fn sums<S: Simd, const N: usize>(&self, p: &Pixels<S>, (x, y): (usize, usize)) -> Sums<S, N> {
+        let simd = p.x.simd();
+        let [turn, jitter] = noise_at(simd, x, y);
+        let inverse = 1.0 / self.params.slices as f32;
+        let mut sums = Sums::new(simd);
+        let mut direction = (turn * (PI * inverse)).cos_sin_of_half_turn();
+        for s in 0..self.params.slices {
+            let slice = Slice::towards(p, direction);
+            let jitter = (jitter + s as f32 * 0.618_034).fract();
+            sums.add(p, &slice, self.lost(p, &slice, jitter));
+            direction = turned(direction, self.cos_sin_turn);
+        }
+        sums
     }
 }
 
 impl PixelMethod for Agtao<'_> {
     #[inline(always)]
-    fn visibility<S: Simd>(&self, p: &Pixels<S>, (x, y): (usize, usize)) -> F<S> {
-        let simd = p.x.simd();
-        let [turn, jitter] = noise_at(simd, x, y);
-        let inverse = 1.0 / self.params.slices as f32;
-        let (mut lost, mut open) = (F::new(simd, 0.0), F::new(simd, 0.0));
-        let mut direction = (turn * (PI * inverse)).cos_sin_of_half_turn();
-        for s in 0..self.params.slices {
-            let slice = Slice::towards(p, direction);
-            let jitter = (jitter + s as f32 * 0.618_034).fract();
-            lost += slice.normal_length * self.lost(p, &slice, jitter);
-            open += slice.normal_length * slice.open();
-            direction = turned(direction, self.cos_sin_turn);
-        }
-        power((1.0 - lost / open.max(1e-6)).saturate(), self.params.power)
+    fn visibility<S: Simd>(&self, p: &Pixels<S>, at: (usize, usize)) -> F<S> {
+        self.sums::<S, 1>(p, at).visibility(self.params.power)
+    }
+}
+
+impl PixelShares<BENT_PLANES> for Agtao<'_> {
+    #[inline(always)]
+    fn shares<S: Simd>(&self, p: &Pixels<S>, at: (usize, usize)) -> [F<S>; BENT_PLANES] {
+        self.sums::<S, BEAM>(p, at).planes(p, self.params.slices, self.params.power)
     }
 }
 

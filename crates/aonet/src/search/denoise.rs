@@ -1,6 +1,7 @@
 //! An edge-aware 5x5 filter: neighbours count as far as they lie on the pixel's plane and face its way.
 // As XeGTAO's denoiser in purpose; that one finds edges by depth alone and is 3x3, repeated.
 
+use super::bent::BENT_PLANES;
 use super::cubic::Power;
 use super::screen::{Pixels, Screen};
 use super::shares::PLANES;
@@ -31,7 +32,7 @@ pub(crate) struct Filter<'a> {
     by: Denoise,
     /// What is filtered: row by row, plane by plane; the first plane is a visibility.
     planes: &'a [f32],
-    /// Number of planes: 1 or [`PLANES`].
+    /// Number of planes: 1, [`BENT_PLANES`] or [`PLANES`].
     pub(super) count: usize,
 }
 
@@ -47,8 +48,9 @@ impl<'a> Filter<'a> {
             let y = first + i;
             match self.count {
                 1 => isa.run_on_pixels(Row::<1> { filter: self, y, lines }),
+                BENT_PLANES => isa.run_on_pixels(Row::<BENT_PLANES> { filter: self, y, lines }),
                 PLANES => isa.run_on_pixels(Row::<PLANES> { filter: self, y, lines }),
-                count => unreachable!("a search reports 1 or {PLANES} values for a pixel, not {count}"),
+                count => unreachable!("no search reports {count} values for a pixel"),
             }
         }
     }

@@ -3,12 +3,13 @@
 // presets as in Intel's XeGTAO 1.30. Where ours differs: a slice's light is divided by what it would be if open, so that
 // a plane is exactly 1; taps beside the slice are moved into it; taps outside the frame are skipped.
 
-use super::PixelMethod;
+use super::bent::{BEAM, BENT_PLANES, Sums, open_beam};
 use super::noise::noise_at;
 use super::params::filtered_params;
 use super::pyramid::{Pyramid, Range};
 use super::screen::{Pixels, Screen};
 use super::slice::Slice;
+use super::{PixelMethod, PixelShares};
 use crate::simd::Simd;
 use crate::simd::lanes::F;
 
@@ -108,24 +109,41 @@ impl<'a> Gtao<'a> {
         let weight = tap.inside.select(felt.mul_add(-self.fade, self.radius * self.fade).saturate(), 0.0);
         at.towards.mul_add(at.inverse_distance, -lowest).mul_add(weight, lowest)
     }
-}
 
-impl PixelMethod for Gtao<'_> {
+    /// Sums over the slices of the pixels from (`x`, `y`) on.
     #[inline(always)]
-    fn visibility<S: Simd>(&self, p: &Pixels<S>, (x, y): (usize, usize)) -> F<S> {
+    fn sums<S: Simd, const N: usize>(&self, p: &Pixels<S>, (x, y): (usize, usize)) -> Sums<S, N> {
         let simd = p.x.simd();
         let [turn, jitter] = noise_at(simd, x, y);
         let inverse = 1.0 / self.params.slices as f32;
-        let (mut light, mut open) = (F::new(simd, 0.0), F::new(simd, 0.0));
+        let mut sums = Sums::new(simd);
         for s in 0..self.params.slices {
             let slice = Slice::new(p, (turn + s as f32) * inverse);
             // The golden ratio keeps the slices' taps apart.
             let jitter = (jitter + s as f32 * 0.618_034).fract();
             let [right, left] = self.highest(p, &slice, jitter);
-            light += slice.normal_length * (slice.light_above(right, 1.0) + slice.light_above(left, -1.0));
-            open += slice.normal_length * slice.open();
+            let (right, left) = (slice.beam_above::<N>(right, 1.0), slice.beam_above::<N>(left, -1.0));
+            let mut lost = open_beam(&slice);
+            for c in 0..N {
+                lost[c] -= right[c] + left[c];
+            }
+            sums.add(p, &slice, lost);
         }
-        power((light / open.max(1e-6)).saturate(), self.params.power)
+        sums
+    }
+}
+
+impl PixelMethod for Gtao<'_> {
+    #[inline(always)]
+    fn visibility<S: Simd>(&self, p: &Pixels<S>, at: (usize, usize)) -> F<S> {
+        self.sums::<S, 1>(p, at).visibility(self.params.power)
+    }
+}
+
+impl PixelShares<BENT_PLANES> for Gtao<'_> {
+    #[inline(always)]
+    fn shares<S: Simd>(&self, p: &Pixels<S>, at: (usize, usize)) -> [F<S>; BENT_PLANES] {
+        self.sums::<S, BEAM>(p, at).planes(p, self.params.slices, self.params.power)
     }
 }
 

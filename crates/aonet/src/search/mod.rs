@@ -6,6 +6,7 @@
 
 pub(crate) mod agtao;
 pub(crate) mod arcs;
+pub(crate) mod bent;
 mod cubic;
 mod denoise;
 pub mod gpu;
@@ -39,6 +40,7 @@ use crate::frame::gbuffer::GBuffer;
 use crate::simd::lanes::F;
 use crate::simd::{Isa, Kernel, Simd};
 use crate::threads::Band;
+pub(crate) use bent::BENT_PLANES;
 pub(crate) use denoise::{Denoise, Filter};
 pub(crate) use noise::noise_of;
 use params::Parameters;
@@ -220,6 +222,25 @@ impl Classic {
         }
     }
 
+    /// Whether it can report bent normals: the methods with horizons do.
+    pub fn has_bent_normals(&self) -> bool {
+        match self {
+            Self::Gtao(_) | Self::Agtao(_) => true,
+            Self::Ssao(_) | Self::Hbao(_) | Self::Ssdo(_) | Self::Nnao(_) | Self::Vbao(_) | Self::Arcs(_) => {
+                false
+            }
+        }
+    }
+
+    /// # Errors
+    /// When the method does not report bent normals.
+    pub(crate) fn check_bent_normals(&self) -> Result<()> {
+        match self.has_bent_normals() {
+            true => Ok(()),
+            false => Err(Error::value("method with bent normals", "gtao or agtao", self.name())),
+        }
+    }
+
     /// The filter after it.
     pub(crate) fn denoise(&self) -> Denoise {
         each!(self, params => params.denoise())
@@ -258,8 +279,16 @@ pub struct ParameterValue {
 /// Writes a band of attenuated GTAO before the filter. The background is 1. Allocates nothing.
 pub(crate) fn agtao_band(isa: Isa, params: AgtaoParams, screen: &Screen<'_>, band: Band<'_>) {
     let method = &agtao::Agtao::new(screen, params);
-    isa.run_on_pixels(Rows { screen, method, first: band.first, rows: &mut *band.values });
+    isa.run_on_pixels(Rows::<_, 1> { screen, method, first: band.first, rows: &mut *band.values });
     open_background(screen.gbuffer(), 1, band);
+}
+
+/// Writes a band of attenuated GTAO with bent normals before the filter: visibility and bend, row by row, plane by plane. The
+/// background is 1 and 0. Allocates nothing.
+pub(crate) fn bent_agtao_band(isa: Isa, params: AgtaoParams, screen: &Screen<'_>, band: Band<'_>) {
+    let method = &agtao::Agtao::new(screen, params);
+    isa.run_on_pixels(Rows::<_, BENT_PLANES> { screen, method, first: band.first, rows: &mut *band.values });
+    open_background(screen.gbuffer(), BENT_PLANES, band);
 }
 
 /// Writes a band of connected arcs before the filter: visibility and shares, row by row, plane by plane. The background is 1 and

@@ -2,6 +2,7 @@
 
 use super::agtao::{Agtao, AgtaoParams};
 use super::arcs::{Arcs, ArcsParams};
+use super::bent::{self, BENT_PLANES};
 use super::denoise::{Denoise, Filter};
 use super::gtao::{Gtao, GtaoParams};
 use super::hbao::{Hbao, HbaoParams};
@@ -18,6 +19,7 @@ use super::vbao::{Vbao, VbaoParams};
 use super::{Classic, NNAO_WEIGHTS, PixelMethod, PixelShares, Rows};
 use crate::error::{Error, Result};
 use crate::frame::ao_image::{AoImage, AoParams};
+use crate::frame::bent_normals::BentNormals;
 use crate::frame::gbuffer::GBuffer;
 use crate::frame::size::Size;
 use crate::frame::window::Window;
@@ -93,15 +95,29 @@ impl Session {
     /// When a parameter of the method is out of its range, `threads` is 0 or cannot be started,
     /// the machine does not have the instructions, or there is not enough memory.
     pub fn new(method: &Classic, window: impl Into<Window>, options: Options) -> Result<Self> {
-        let window = window.into();
+        Self::of_planes(1, method, window.into(), options)
+    }
+
+    /// [`Session::new`] for [`Session::run_with_bent_normals`]; it has four times the memory.
+    ///
+    /// # Errors
+    /// As [`Session::new`]; also when the method has no bent normals: only GTAO and attenuated GTAO have.
+    pub fn with_bent_normals(method: &Classic, window: impl Into<Window>, options: Options) -> Result<Self> {
+        method.check_bent_normals()?;
+        Self::of_planes(BENT_PLANES, method, window.into(), options)
+    }
+
+    /// A session that finds so many values for a pixel.
+    fn of_planes(planes: usize, method: &Classic, window: Window, options: Options) -> Result<Self> {
         let size = window.buffer_size();
         let method = Prepared::new(*method, size)?;
         let memory = Memory {
             window,
             isa: Isa::new(options.level)?,
             workers: Workers::new(options.threads, 0)?,
-            found: Aligned::zeros(size.pixels())?,
-            filtered: Aligned::zeros(size.pixels())?,
+            planes,
+            found: Aligned::zeros(size.pixels() * planes)?,
+            filtered: Aligned::zeros(size.pixels() * planes)?,
         };
         Ok(Self { method, memory })
     }
@@ -113,6 +129,31 @@ impl Session {
     pub fn run(&mut self, gbuffer: &GBuffer, params: AoParams, image: &mut AoImage) -> Result<()> {
         self.memory.check(gbuffer)?;
         self.memory.window.size().expect("AO image of a session", image.size())?;
+        self.find(gbuffer, params);
+        self.memory.write(gbuffer, image);
+        Ok(())
+    }
+
+    /// [`Session::run`] that also writes the picture's bent normals. Allocates nothing.
+    ///
+    /// # Errors
+    /// As [`Session::run`]; also when the session is not one of [`Session::with_bent_normals`], or `bent` has another size.
+    pub fn run_with_bent_normals(
+        &mut self,
+        gbuffer: &GBuffer,
+        params: AoParams,
+        image: &mut AoImage,
+        bent: &mut BentNormals,
+    ) -> Result<()> {
+        let Memory { planes, window, .. } = self.memory;
+        bent::check(planes == BENT_PLANES, window, bent)?;
+        self.run(gbuffer, params, image)?;
+        bent::write(&mut self.memory.workers, gbuffer, &self.memory.found, bent);
+        Ok(())
+    }
+
+    /// Runs the method and its filter on a frame of the session's size.
+    fn find(&mut self, gbuffer: &GBuffer, params: AoParams) {
         let screen = &Screen::new(gbuffer, params);
         let memory = &mut self.memory;
         match &mut self.method {
@@ -124,10 +165,10 @@ impl Session {
             }
             Prepared::Gtao(p, pyramid) => {
                 pyramid.fill(screen, p.pyramid_range(screen.radius), memory.isa, &mut memory.workers);
-                memory.run(screen, &Gtao::new(screen, *p, pyramid), p.denoise());
+                memory.run_with_bend(screen, &Gtao::new(screen, *p, pyramid), p.denoise());
             }
             Prepared::Vbao(p) => memory.run(screen, &Vbao::new(screen, *p), p.denoise()),
-            Prepared::Agtao(p) => memory.run(screen, &Agtao::new(screen, *p), p.denoise()),
+            Prepared::Agtao(p) => memory.run_with_bend(screen, &Agtao::new(screen, *p), p.denoise()),
             Prepared::Arcs(p, surfels, shares) => {
                 surfels.fill(screen, &mut memory.workers);
                 find(
@@ -141,8 +182,6 @@ impl Session {
                 memory.filter(screen, p.denoise());
             }
         }
-        memory.write(gbuffer, image);
-        Ok(())
     }
 
     /// Returns what the method knows of the light of a frame's picture, before it weighs and filters it.
@@ -177,7 +216,9 @@ struct Memory {
     window: Window,
     isa: Isa,
     workers: Workers,
-    /// HxW visibility before a pass of the filter, and after it.
+    /// Values for a pixel: 1, or [`BENT_PLANES`].
+    planes: usize,
+    /// Visibility, and bend where there is one, before a pass of the filter, and after it: row by row, plane by plane.
     found: Aligned,
     filtered: Aligned,
 }
@@ -198,6 +239,21 @@ impl Memory {
         self.filter(screen, by);
     }
 
+    /// The same with the bend where there is memory for it.
+    fn run_with_bend(
+        &mut self,
+        screen: &Screen<'_>,
+        method: &(impl PixelMethod + PixelShares<BENT_PLANES>),
+        by: Denoise,
+    ) {
+        let Self { workers, found, isa, .. } = self;
+        match self.planes {
+            BENT_PLANES => find::<BENT_PLANES>(workers, *isa, screen, method, found),
+            _ => find::<1>(workers, *isa, screen, method, found),
+        }
+        self.filter(screen, by);
+    }
+
     /// Copies the first plane of what a method found to `found`.
     fn take_visibility(&mut self, planes: &[f32]) {
         let width = self.window.buffer_size().width();
@@ -207,10 +263,10 @@ impl Memory {
 
     /// Filters what is in `found`.
     fn filter(&mut self, screen: &Screen<'_>, by: Denoise) {
-        let (width, isa) = (self.window.buffer_size().width(), self.isa);
+        let (row_len, isa) = (self.window.buffer_size().width() * self.planes, self.isa);
         for _ in 0..by.passes {
             let filter = Filter::new(screen, by, &self.found);
-            self.workers.for_each_band(&mut self.filtered, width, |band| {
+            self.workers.for_each_band(&mut self.filtered, row_len, |band| {
                 filter.run(isa, band.first, band.values);
             });
             std::mem::swap(&mut self.found, &mut self.filtered);
@@ -219,9 +275,10 @@ impl Memory {
 
     /// Copies the picture in `found` to the image, with 1 on the background.
     fn write(&self, gbuffer: &GBuffer, image: &mut AoImage) {
-        let width = image.width();
+        let (width, margin) = (image.width(), self.window.margin());
+        let row_len = self.window.buffer_size().width() * self.planes;
         for (y, line) in image.visibility_mut().chunks_exact_mut(width).enumerate() {
-            let found = self.window.row(&self.found, y);
+            let found = &self.found[(margin.y + y) * row_len + margin.x..][..width];
             for ((to, found), depth) in line.iter_mut().zip(found).zip(self.window.row(gbuffer.depth(), y)) {
                 *to = if *depth == f32::INFINITY { 1.0 } else { found.clamp(0.0, 1.0) };
             }

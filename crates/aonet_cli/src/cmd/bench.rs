@@ -1,5 +1,6 @@
 //! `aonet bench`: run-time of networks and of classic methods on this machine.
 
+mod bent;
 #[cfg(feature = "gpu")]
 mod gpu;
 mod ops;
@@ -64,6 +65,9 @@ pub(crate) struct Args {
     /// Counted runs, after the first [default: 15; on a GPU 50].
     #[arg(long)]
     runs: Option<usize>,
+    /// Time what bent normals add, on the CPU: runs with and without them take turns.
+    #[arg(long, conflicts_with = "ops")]
+    bent_normals: bool,
     /// List every step beside its lower bound.
     #[arg(long, conflicts_with = "classic")]
     ops: bool,
@@ -82,7 +86,8 @@ const EXAMPLES: &str = "Examples:
   aonet bench --threads 1 --threads 2 --size 1920x1080
   aonet bench --methods all
   aonet bench --config configs/models/speed.json --ops --size 1280x720
-  aonet bench --classic all --size 1280x720";
+  aonet bench --classic all --size 1280x720
+  aonet bench --classic agtao:tuned --model balanced --bent-normals --size 640x360";
 
 /// Its options are those of programs built with the feature `gpu`.
 const GPU_EXAMPLE: &str = if cfg!(feature = "gpu") {
@@ -93,12 +98,17 @@ const GPU_EXAMPLE: &str = if cfg!(feature = "gpu") {
 
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<()> {
+    anyhow::ensure!(
+        !args.bent_normals || args.device == Device::Cpu,
+        "--bent-normals: expected --device cpu; found gpu"
+    );
     match (args.device, args.ops) {
         #[cfg(feature = "gpu")]
         (Device::Gpu, _) => gpu::run(args),
         #[cfg(not(feature = "gpu"))]
         (Device::Gpu, _) => crate::device::absent(),
         (Device::Cpu, true) => ops::run(args, &subject::collect(args)?),
+        (Device::Cpu, false) if args.bent_normals => bent::run(args, &subject::collect(args)?),
         (Device::Cpu, false) => table::run(args, &subject::collect(args)?),
     }
 }

@@ -5,7 +5,7 @@ use crate::frame_args::{FrameArgs, Run};
 use crate::{names, output, setup};
 use anyhow::{Context, Result};
 use aonet::search::{Classic, Options, ParameterValue, Session};
-use aonet::{AoImage, AoParams, GBuffer};
+use aonet::{AoImage, AoParams, BentNormals, GBuffer};
 use aonet_lab::ao_file;
 use aonet_lab::frame::Frame;
 use clap::Parser;
@@ -40,6 +40,7 @@ pub(crate) struct Args {
 const EXAMPLES: &str = "Examples:
   aonet classic gtao:tuned frame.exr -o ao.png
   aonet classic gtao frame.exr -o ao.exr --set slices=9 --set falloff=0.1
+  aonet classic agtao:tuned frame.exr -o ao.exr --bent-normals=bent.png
   aonet classic arcs:deep frame.exr -o ao.exr --shares shares.png
   aonet classic vbao frame.exr -o ao.exr --preset tuned.json";
 
@@ -67,45 +68,65 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     let method = method(args)?;
     // Methods take memory of their own, so channels that they do not read are dropped here.
     let (Frame { gbuffer, .. }, params) = args.frame.load(None)?;
+    let mut bent = args.frame.bent_normals(gbuffer.window().size())?;
     let (image, start) = match args.device {
         Device::Cpu => {
             let options = Options { threads: setup::threads(args.frame.threads), ..Options::default() };
             let window = gbuffer.window();
-            let mut session = Session::new(&method, window, options)?;
+            let mut session = match bent {
+                Some(_) => Session::with_bent_normals(&method, window, options).context("--bent-normals")?,
+                None => Session::new(&method, window, options)?,
+            };
             let mut image = AoImage::open(window.size());
             if let Some(path) = &args.shares {
                 ao_file::save_shares(path, &session.shares(&gbuffer, params).context("--shares")?)?;
             }
             let start = Instant::now();
-            session.run(&gbuffer, params, &mut image)?;
+            match &mut bent {
+                Some(bent) => session.run_with_bent_normals(&gbuffer, params, &mut image, bent)?,
+                None => session.run(&gbuffer, params, &mut image)?,
+            }
             (image, start)
         }
         Device::Gpu if args.shares.is_some() => {
             anyhow::bail!("--shares: expected --device cpu, which computes them; found gpu")
         }
-        Device::Gpu => on_gpu(&method, (&gbuffer, params))?,
+        Device::Gpu => on_gpu(&method, (&gbuffer, params), bent.as_mut())?,
     };
-    args.frame.finish(&image, &Run { method: method.name(), device: args.device, params, start })
+    args.frame
+        .finish((&image, bent.as_ref()), &Run { method: method.name(), device: args.device, params, start })
 }
 
 /// Runs the method, and reports the device on stderr.
 #[cfg(feature = "gpu")]
-fn on_gpu(method: &Classic, (gbuffer, params): (&GBuffer, AoParams)) -> Result<(AoImage, Instant)> {
+fn on_gpu(
+    method: &Classic,
+    (gbuffer, params): (&GBuffer, AoParams),
+    bent: Option<&mut BentNormals>,
+) -> Result<(AoImage, Instant)> {
     use aonet::gpu::Layers;
     let device = crate::device::gpu()?;
     let mut image = AoImage::open(gbuffer.window().size());
     let layers = if gbuffer.second().is_some() { Layers::Two } else { Layers::One };
-    let mut session = aonet::gpu::Offscreen::classic_in_layers(&device, method, gbuffer.window(), layers)?;
+    let window = gbuffer.window();
+    let mut session = match bent {
+        Some(_) => aonet::gpu::Offscreen::classic_with_bent_normals(&device, method, window, layers)
+            .context("--bent-normals")?,
+        None => aonet::gpu::Offscreen::classic_in_layers(&device, method, window, layers)?,
+    };
     crate::device::announce(&device, session.precision());
     let start = Instant::now();
-    session.run(gbuffer, params, &mut image)?;
+    match bent {
+        Some(bent) => session.run_with_bent_normals(gbuffer, params, &mut image, bent)?,
+        None => session.run(gbuffer, params, &mut image)?,
+    }
     Ok((image, start))
 }
 
 /// # Errors
 /// Always: this build has no runtime for graphics processors.
 #[cfg(not(feature = "gpu"))]
-fn on_gpu(_: &Classic, _: (&GBuffer, AoParams)) -> Result<(AoImage, Instant)> {
+fn on_gpu(_: &Classic, _: (&GBuffer, AoParams), _: Option<&mut BentNormals>) -> Result<(AoImage, Instant)> {
     crate::device::absent()
 }
 

@@ -3,9 +3,9 @@
 use crate::device::{Device, PrecisionArg};
 use crate::frame_args::{FrameArgs, Run};
 use crate::{output, setup};
-use anyhow::Result;
+use anyhow::{Context, Result};
 use aonet::net::{Model, cpu};
-use aonet::{AoImage, AoParams, GBuffer};
+use aonet::{AoImage, AoParams, BentNormals, GBuffer};
 use aonet_lab::eval::phenomena::projected_radius;
 use aonet_lab::eval::radius_range;
 use aonet_lab::frame::Frame;
@@ -22,6 +22,7 @@ use std::time::Instant;
   aonet infer frame.exr -o ao.png
   aonet infer engine.exr -o ao.exr --fov-y 60 --radius 0.5
   aonet infer blender.exr -o ao.exr --view camera.json
+  aonet infer frame.exr -o ao.exr --bent-normals
   aonet infer frame.exr -o ao.exr --device gpu --precision f32")]
 pub(crate) struct Args {
     #[command(flatten)]
@@ -51,11 +52,12 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     // Methods take memory of their own, so channels that they do not read are dropped here.
     let (Frame { gbuffer, .. }, params) = args.frame.load(fallback)?;
     warn_of_radius(&model, &gbuffer, params);
+    let mut bent = args.frame.bent_normals(gbuffer.window().size())?;
     let (image, start) = match args.device {
-        Device::Cpu => on_cpu(args, &model, (&gbuffer, params))?,
-        Device::Gpu => on_gpu(args.precision, &model, (&gbuffer, params))?,
+        Device::Cpu => on_cpu(args, &model, (&gbuffer, params), bent.as_mut())?,
+        Device::Gpu => on_gpu(args.precision, &model, (&gbuffer, params), bent.as_mut())?,
     };
-    args.frame.finish(&image, &Run { method: "network", device: args.device, params, start })
+    args.frame.finish((&image, bent.as_ref()), &Run { method: "network", device: args.device, params, start })
 }
 
 /// Says on stderr when the radius is far outside of what the network was trained with: by more than the median depth may mislead.
@@ -70,14 +72,26 @@ fn warn_of_radius(model: &Model, gbuffer: &GBuffer, params: AoParams) {
     }
 }
 
-fn on_cpu(args: &Args, model: &Model, (gbuffer, params): (&GBuffer, AoParams)) -> Result<Timed> {
+fn on_cpu(
+    args: &Args,
+    model: &Model,
+    (gbuffer, params): (&GBuffer, AoParams),
+    bent: Option<&mut BentNormals>,
+) -> Result<Timed> {
     let precision = args.precision.map_or_else(|| Ok(cpu::Precision::fastest()), PrecisionArg::cpu)?;
     let mut image = AoImage::open(gbuffer.window().size());
     let options =
         cpu::Options { threads: setup::threads(args.frame.threads), precision, ..cpu::Options::default() };
-    let mut session = cpu::Session::with_options(model, gbuffer.window(), options)?;
+    let window = gbuffer.window();
+    let mut session = match bent {
+        Some(_) => cpu::Session::with_bent_normals(model, window, options).context("--bent-normals")?,
+        None => cpu::Session::with_options(model, window, options)?,
+    };
     let start = Instant::now();
-    session.run(gbuffer, params, &mut image)?;
+    match bent {
+        Some(bent) => session.run_with_bent_normals(gbuffer, params, &mut image, bent)?,
+        None => session.run(gbuffer, params, &mut image)?,
+    }
     Ok((image, start))
 }
 
@@ -87,22 +101,37 @@ fn on_gpu(
     precision: Option<PrecisionArg>,
     model: &Model,
     (gbuffer, params): (&GBuffer, AoParams),
+    bent: Option<&mut BentNormals>,
 ) -> Result<Timed> {
     use aonet::gpu;
     let precision = precision.map_or(Ok(gpu::Precision::F16), PrecisionArg::gpu)?;
     let device = crate::device::gpu()?;
     let mut image = AoImage::open(gbuffer.window().size());
     let layers = if gbuffer.second().is_some() { gpu::Layers::Two } else { gpu::Layers::One };
-    let mut session = gpu::Offscreen::in_layers(&device, model, (gbuffer.window(), layers), precision)?;
+    let frames = (gbuffer.window(), layers);
+    let mut session = match bent {
+        Some(_) => {
+            gpu::Offscreen::with_bent_normals(&device, model, frames, precision).context("--bent-normals")?
+        }
+        None => gpu::Offscreen::in_layers(&device, model, frames, precision)?,
+    };
     crate::device::announce(&device, session.precision());
     let start = Instant::now();
-    session.run(gbuffer, params, &mut image)?;
+    match bent {
+        Some(bent) => session.run_with_bent_normals(gbuffer, params, &mut image, bent)?,
+        None => session.run(gbuffer, params, &mut image)?,
+    }
     Ok((image, start))
 }
 
 /// # Errors
 /// Always: this build has no runtime for graphics processors.
 #[cfg(not(feature = "gpu"))]
-fn on_gpu(_: Option<PrecisionArg>, _: &Model, _: (&GBuffer, AoParams)) -> Result<Timed> {
+fn on_gpu(
+    _: Option<PrecisionArg>,
+    _: &Model,
+    _: (&GBuffer, AoParams),
+    _: Option<&mut BentNormals>,
+) -> Result<Timed> {
     crate::device::absent()
 }

@@ -17,7 +17,7 @@ use std::time::Instant;
 /// Trace the reference AO of a view.
 #[derive(Debug, Parser)]
 #[command(
-    after_help = "Example:\n  aonet trace room.glb --view view.json --spp 512 -o frame.exr --png ao.png"
+    after_help = "Examples:\n  aonet trace room.glb --view view.json --spp 512 -o frame.exr --png ao.png\n  aonet trace room.glb --view view.json -o frame.exr --bent-normals"
 )]
 pub(crate) struct Args {
     #[command(flatten)]
@@ -34,6 +34,9 @@ pub(crate) struct Args {
     /// Where rays are traced.
     #[arg(long, value_enum, default_value_t)]
     device: Device,
+    /// Also write bent normals, the mean directions of open light, as channels bent_normal.X/Y/Z: on the CPU only.
+    #[arg(long)]
+    bent_normals: bool,
     /// Also draw the AO.
     #[arg(long, value_name = "FILE.png", value_parser = names::png())]
     png: Option<PathBuf>,
@@ -44,13 +47,23 @@ pub(crate) struct Args {
 
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<()> {
+    anyhow::ensure!(
+        !args.bent_normals || args.device == Device::Cpu,
+        "--bent-normals: expected --device cpu, which traces them; found {}",
+        args.device.name()
+    );
     let backend = args.device.backend()?;
     let (tracer, view) = args.scene.load()?;
     let surface = gbuffer::render(&tracer, &view)?;
-    let mut rays = backend.rays(&tracer)?;
     let start = Instant::now();
     let sampling = Sampling { spp: args.spp, seed: args.seed };
-    let ao = setup::reference(&mut rays, &surface, view.params()?, sampling)?;
+    let (ao, bent) = match args.bent_normals {
+        true => {
+            let (ao, bent) = setup::bent_reference(&tracer, &surface, view.params()?, sampling)?;
+            (ao, Some(bent))
+        }
+        false => (setup::reference(&mut backend.rays(&tracer)?, &surface, view.params()?, sampling)?, None),
+    };
     let seconds = start.elapsed().as_secs_f64();
     if let Some(png) = &args.png {
         picture::save_png(&picture::ao(&ao), png)?;
@@ -59,8 +72,12 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     let rays = pixels * u64::from(args.spp);
     let mean = ao.visibility().iter().map(|v| f64::from(*v)).sum::<f64>() / ao.visibility().len() as f64;
     let (gbuffer, geo_normal) = (surface.gbuffer, Some(surface.geo_normal));
-    Frame { gbuffer, geo_normal, ao: Some(ao), radius: Some(view.radius), view: Some(view.clone()) }
-        .save(&args.output)?;
+    let frame =
+        Frame { gbuffer, geo_normal, ao: Some(ao), radius: Some(view.radius), view: Some(view.clone()) };
+    match &bent {
+        Some(bent) => frame.save_with_bent_normals(&args.output, bent)?,
+        None => frame.save(&args.output)?,
+    }
     if args.json {
         return output::json(&json!({
             "frame": args.output, "width": view.width, "height": view.height, "radius": view.radius,

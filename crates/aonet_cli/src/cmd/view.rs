@@ -42,9 +42,12 @@ pub(crate) struct Args {
     #[arg(long, default_value_t = 0.5)]
     split: f32,
     /// Picture to draw: shaded, ao, normals, error (method minus reference), second (normals of the second layer), or shares
-    /// (of light, as arcs finds them: open, hit, hidden, off the frame).
+    /// (of light, as arcs finds them: open, hit, hidden, off the frame), or bent (bent normals).
     #[arg(long, default_value = "shaded")]
     show: String,
+    /// Light by bent normals, where the method has some: gtao, agtao, and the networks but the paper's.
+    #[arg(long)]
+    bent_normals: bool,
     /// AO radius instead of the view's (world units).
     #[arg(long)]
     radius: Option<f32>,
@@ -89,6 +92,7 @@ const EXAMPLES: &str = "Examples:
   aonet view robot.glb --method agtao:tuned --against reference
   aonet view --headless --frames 1 --size 640x360 --method balanced --against off --out pictures
   aonet view robot.glb --headless --margin 0.15 --layers 2 --exr --times --out deep
+  aonet view --headless --method balanced --bent-normals --out pictures
   aonet view hall.glb --headless --camera-path way.json --frames 120 --out film";
 
 /// Show a scene with ambient occlusion in a window: in programs built with `--features viewer`.

@@ -7,6 +7,7 @@
 //! | `mask` | half; 1 where there is geometry, else 0 |
 //! | `geo_normal.X/Y/Z` | half, optional; geometric normal in view space |
 //! | `ao` | half, optional; visibility; 1 in the guard band |
+//! | `bent_normal.X/Y/Z` | half, optional; bent normals in view space, zero on the background; see [`crate::bent_file`] |
 //! | `second.depth` | float, optional; depth of a second layer, infinite where there is none |
 //! | `second.normal.X/Y/Z` | half, optional; normals of the second layer, view space |
 //!
@@ -21,8 +22,9 @@ pub(crate) mod channels;
 mod normals;
 mod second;
 
+use crate::bent_file;
 use crate::exr_file::{self, ExrFile, Plane};
-use aonet::{AoImage, AoParams, GBuffer, Window};
+use aonet::{AoImage, AoParams, BentNormals, GBuffer, Window};
 use aonet_scene::{Error, Result, View, atomic_file};
 use channels::Layout;
 use exr::image::FlatSamples;
@@ -155,11 +157,31 @@ impl Frame {
         atomic_file::write(path, &self.to_bytes().map_err(Error::in_file(path))?)
     }
 
+    /// [`Frame::save`] with bent normals of the picture; zero in the guard band.
+    ///
+    /// # Errors
+    /// As [`Frame::save`], and when the bent normals have another size than the picture.
+    pub fn save_with_bent_normals(&self, path: &Path, bent: &BentNormals) -> Result<()> {
+        let window = self.gbuffer.window();
+        window.size().expect("bent normals of a frame", bent.size())?;
+        let planes = [0, 1, 2].map(|c| {
+            let picture: Vec<f32> = bent.directions().iter().map(|direction| direction[c]).collect();
+            let samples = half_samples(guarded(window, &picture, 0.0).into_iter());
+            Plane { name: bent_file::CHANNELS[c], samples }
+        });
+        atomic_file::write(path, &self.encoded(planes.into()).map_err(Error::in_file(path))?)
+    }
+
     /// The bytes that [`Frame::save`] writes; equal frames give equal bytes.
     ///
     /// # Errors
     /// When `geo_normal` or `ao` is not of the G-buffer's size.
     pub fn to_bytes(&self) -> aonet::Result<Vec<u8>> {
+        self.encoded(vec![])
+    }
+
+    /// The bytes of a file with further planes.
+    fn encoded(&self, further: Vec<Plane>) -> aonet::Result<Vec<u8>> {
         let (window, pixels) = (self.gbuffer.window(), self.gbuffer.size().pixels());
         let geo_len = self.geo_normal.as_ref().map_or(pixels, Vec::len);
         if geo_len != pixels {
@@ -180,7 +202,7 @@ impl Frame {
         if let Some(ao) = &self.ao {
             planes.push(Plane {
                 name: "ao",
-                samples: half_samples(guarded(window, ao.visibility()).into_iter()),
+                samples: half_samples(guarded(window, ao.visibility(), 1.0).into_iter()),
             });
         }
         if let Some(second) = self.gbuffer.second() {
@@ -188,15 +210,16 @@ impl Frame {
             let names = ["second.normal.X", "second.normal.Y", "second.normal.Z"];
             planes.extend(second.normal.iter().flat_map(|normal| vector_planes(names, normal)));
         }
+        planes.extend(further);
         let camera = camera::attribute(self)?;
         exr_file::encode(window, planes, Some(camera), self.radius.map(|r| (camera::RADIUS, r)))
     }
 }
 
-/// An image of the picture with 1 in the guard band.
-fn guarded(window: Window, picture: &[f32]) -> Vec<f32> {
+/// An image of the picture with a value in the guard band.
+fn guarded(window: Window, picture: &[f32], beside: f32) -> Vec<f32> {
     let (buffer, margin, width) = (window.buffer_size(), window.margin(), window.size().width());
-    let mut values = vec![1.0; buffer.pixels()];
+    let mut values = vec![beside; buffer.pixels()];
     for (row, line) in values.chunks_exact_mut(buffer.width()).skip(margin.y).zip(picture.chunks_exact(width))
     {
         row[margin.x..margin.x + width].copy_from_slice(line);

@@ -4,7 +4,7 @@ mod text;
 
 use aonet::metrics::ERROR_SCALE;
 use aonet::search::{Share, Shares};
-use aonet::{AoImage, GBuffer, Size};
+use aonet::{AoImage, BentNormals, GBuffer, Size};
 use aonet_scene::{Error, Result, atomic_file};
 use image::imageops::{self, FilterType};
 use image::{Rgb, RgbImage};
@@ -82,6 +82,15 @@ pub fn ao(image: &AoImage) -> RgbImage {
 /// View-space normals of the picture as n * 0.5 + 0.5; the background is black.
 pub fn normals(gbuffer: &GBuffer) -> RgbImage {
     layers(&gbuffer.without_margin())
+}
+
+/// Bent normals as n * 0.5 + 0.5; the background is black.
+pub fn bent_normals(bent: &BentNormals) -> RgbImage {
+    let size = bent.size();
+    picture(size.width(), size.height(), |i| match bent.directions()[i] {
+        [0.0, 0.0, 0.0] => [0; 3],
+        direction => direction.map(|c| byte(0.5 * c + 0.5)),
+    })
 }
 
 /// The normals of every layer of a frame, side by side, coloured as by [`normals`]. The guard band is shown, too, and darker.

@@ -2,6 +2,7 @@
 //!
 //! A time is that of a frame whose buffers are in memory: features, network and clamping.
 
+mod bent;
 #[cfg(feature = "gpu")]
 pub mod gpu;
 mod memory;
@@ -9,6 +10,7 @@ mod ops;
 mod peaks;
 mod searches;
 
+pub use bent::{BentTimes, time_bent_normals, time_classic_bent_normals};
 pub use memory::{peak_mib, reset_peak};
 pub use ops::{OpCost, OpTime, time_ops};
 pub use peaks::Peaks;

@@ -25,12 +25,14 @@ pub enum Show {
     /// Shares of light that connected arcs find, as [`aonet::search::Share::colour`] colours them: what a frame shows and what it
     /// hides.
     Shares,
+    /// The method's bent normals as n/2 + 1/2; the normals where a method has none.
+    Bent,
 }
 
 impl Show {
     /// All pictures.
-    pub const ALL: [Self; 6] =
-        [Self::Shaded, Self::Visibility, Self::Normals, Self::Error, Self::Second, Self::Shares];
+    pub const ALL: [Self; 7] =
+        [Self::Shaded, Self::Visibility, Self::Normals, Self::Error, Self::Second, Self::Shares, Self::Bent];
 
     /// Its name on a command line.
     pub fn name(self) -> &'static str {
@@ -41,6 +43,7 @@ impl Show {
             Self::Error => "error",
             Self::Second => "second",
             Self::Shares => "shares",
+            Self::Bent => "bent",
         }
     }
 }
@@ -76,6 +79,8 @@ pub struct FrameParams {
     pub split: f32,
     /// What is drawn.
     pub show: Show,
+    /// Whether ambient light comes from about the bent normal, where the method has one, instead of the normal.
+    pub bent_normals: bool,
     /// Least distance of a second layer behind the first, as a share of the AO radius. Without one a second layer is drawn
     /// only for [`Show::Second`], with the default separation.
     pub separation: Option<f32>,
@@ -96,6 +101,7 @@ impl FrameParams {
             methods: [Method::default(); 2],
             split: 1.0,
             show: Show::default(),
+            bent_normals: false,
             separation: None,
             // guess: takes about as long as the network on a card without ray tracing units.
             samples: 2,
@@ -106,6 +112,11 @@ impl FrameParams {
     /// Whether the frame needs the reference.
     pub fn traces(&self) -> bool {
         self.seen().contains(&Method::Reference)
+    }
+
+    /// Whether the picture needs bent normals.
+    pub(super) fn shows_bent_normals(&self) -> bool {
+        self.show == Show::Bent || (self.show == Show::Shaded && self.bent_normals)
     }
 
     /// Returns the frame of a window after a check of its numbers.
@@ -147,7 +158,7 @@ impl FrameParams {
         let mut seen = Vec::new();
         let wanted = [(first, self.split > 0.0), (second, self.split < 1.0)];
         let reference = (Method::Reference, self.show == Show::Error || self.traced);
-        let shows_methods = matches!(self.show, Show::Shaded | Show::Visibility | Show::Error);
+        let shows_methods = matches!(self.show, Show::Shaded | Show::Visibility | Show::Error | Show::Bent);
         for (method, is_seen) in wanted.into_iter().chain([reference]) {
             if is_seen && (shows_methods || self.traced) && !seen.contains(&method) {
                 seen.push(method);

@@ -103,6 +103,30 @@ impl Method {
         }
     }
 
+    /// Whether it has bent normals.
+    pub fn has_bent_normals(self) -> bool {
+        match self {
+            Self::Gtao
+            | Self::GtaoTuned
+            | Self::Agtao
+            | Self::AgtaoTuned
+            | Self::Fast
+            | Self::Balanced
+            | Self::High => true,
+            Self::Off
+            | Self::Ssao
+            | Self::SsaoTuned
+            | Self::Hbao
+            | Self::HbaoTuned
+            | Self::Vbao
+            | Self::VbaoTuned
+            | Self::Arcs
+            | Self::ArcsTuned
+            | Self::Paper
+            | Self::Reference => false,
+        }
+    }
+
     /// Its title in controls.
     pub fn title(self) -> &'static str {
         match self {

@@ -23,6 +23,8 @@ pub(super) struct Occlusion {
     pub(super) kernels: Kernels,
     /// One texel: visibility 1 everywhere.
     open: Target,
+    /// One texel: no bent normals.
+    unbent: Target,
     running: Vec<Running>,
     /// The picture of the shares of light, in frames that show it.
     shares: Option<Running>,
@@ -40,6 +42,8 @@ struct Running {
     session: Runner,
     view: BoundFrame,
     visibility: Target,
+    /// Bent normals, where they are wanted.
+    bent: Option<Target>,
 }
 
 /// Two kinds of sessions with the same verbs.
@@ -55,11 +59,12 @@ impl Occlusion {
         let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: None, rows_per_image: None };
         let one = half::f16::ONE.to_le_bytes();
         gpu.queue.write_texture(open.texture.as_image_copy(), &one, layout, open.texture.size());
-        let kernels = Kernels::Plain;
+        let (kernels, unbent) = (Kernels::Plain, Target::new(gpu, Size::px(1, 1), targets::BENT));
         Self {
             gpu: gpu.clone(),
             kernels,
             open,
+            unbent,
             running: Vec::new(),
             shares: None,
             reference: None,
@@ -87,8 +92,9 @@ impl Occlusion {
                 reference.prepare(&self.gpu, targets)?;
                 continue;
             }
-            let wanted = (*method, method.layers(of_frame));
-            if self.running.iter().all(|running| (running.method, running.layers) != wanted) {
+            let bends = frame.params.shows_bent_normals() && method.has_bent_normals();
+            let wanted = (*method, method.layers(of_frame), bends);
+            if self.running.iter().all(|running| running.kind() != wanted) {
                 self.running.retain(|running| running.method != *method);
                 self.running.extend(Running::new((&self.gpu, self.kernels), wanted, targets)?);
             }
@@ -127,6 +133,12 @@ impl Occlusion {
         running.map_or(&self.open, |running| &running.visibility)
     }
 
+    /// A method's bent normals of the last frame; one texel of zeros where there are none.
+    pub(super) fn bent_normals(&self, method: Method) -> &Target {
+        let running = self.running.iter().find(|running| running.method == method);
+        running.and_then(|running| running.bent.as_ref()).unwrap_or(&self.unbent)
+    }
+
     /// The shares of light of the last frame as colours.
     pub(super) fn shares(&self) -> &Target {
         self.shares.as_ref().map_or(&self.open, |shares| &shares.visibility)
@@ -152,7 +164,7 @@ impl Occlusion {
     /// When memory is short.
     pub(super) fn rebind(&mut self, targets: &Targets) -> Result<()> {
         for running in self.running.iter_mut().chain(&mut self.shares) {
-            running.view = running.session.bind(textures(targets, &running.visibility))?;
+            running.view = running.session.bind(targets, (&running.visibility, running.bent.as_ref()))?;
         }
         Ok(())
     }
@@ -180,7 +192,7 @@ impl Occlusion {
 impl Running {
     fn new(
         (gpu, kernels): (&Gpu, Kernels),
-        (method, layers): (Method, Layers),
+        (method, layers, bends): (Method, Layers, bool),
         targets: &Targets,
     ) -> Result<Option<Self>> {
         let (depth, output) = (DepthEncoding::Linear, targets::VISIBILITY);
@@ -188,7 +200,12 @@ impl Running {
         let (pair, size) = ((&gpu.device, &gpu.queue), targets.window.buffer_size());
         let network = |bytes| {
             let model = Model::from_bytes(bytes)?;
-            Session::new(pair, &model, size, Options { kernels, ..options }).map(Runner::Network)
+            let options = Options { kernels, ..options };
+            let session = match bends {
+                true => Session::with_bent_normals(pair, &model, size, options, targets::BENT),
+                false => Session::new(pair, &model, size, options),
+            };
+            session.map(Runner::Network)
         };
         let session = match method {
             Method::Off | Method::Reference => return Ok(None),
@@ -209,12 +226,16 @@ impl Running {
             | Method::Arcs
             | Method::ArcsTuned => {
                 let classic = Classic::named(method.name())?;
-                Runner::Classic(ClassicSession::new(pair, &classic, size, options)?)
+                Runner::Classic(match bends {
+                    true => ClassicSession::with_bent_normals(pair, &classic, size, options, targets::BENT)?,
+                    false => ClassicSession::new(pair, &classic, size, options)?,
+                })
             }
         };
         let visibility = Target::new(gpu, targets.window.size(), targets::VISIBILITY);
-        let view = session.bind(textures(targets, &visibility))?;
-        Ok(Some(Self { method, layers, session, view, visibility }))
+        let bent = bends.then(|| Target::new(gpu, targets.window.size(), targets::BENT));
+        let view = session.bind(targets, (&visibility, bent.as_ref()))?;
+        Ok(Some(Self { method, layers, session, view, visibility, bent }))
     }
 
     fn shares(gpu: &Gpu, layers: Layers, targets: &Targets) -> Result<Self> {
@@ -224,8 +245,13 @@ impl Running {
         let session = ClassicSession::shares(pair, &ArcsParams::default(), size, options)?;
         let session = Runner::Classic(session);
         let visibility = Target::new(gpu, targets.window.size(), output);
-        let view = session.bind(textures(targets, &visibility))?;
-        Ok(Self { method: Method::Arcs, layers, session, view, visibility })
+        let view = session.bind(targets, (&visibility, None))?;
+        Ok(Self { method: Method::Arcs, layers, session, view, visibility, bent: None })
+    }
+
+    /// What it was made for.
+    fn kind(&self) -> (Method, Layers, bool) {
+        (self.method, self.layers, self.bent.is_some())
     }
 
     fn resized(mut self, gpu: &Gpu, targets: &Targets) -> Result<Self> {
@@ -235,7 +261,8 @@ impl Running {
             Runner::Classic(session) => session.resize(size)?,
         }
         self.visibility = Target::new(gpu, targets.window.size(), targets::VISIBILITY);
-        self.view = self.session.bind(textures(targets, &self.visibility))?;
+        self.bent = self.bent.map(|_| Target::new(gpu, targets.window.size(), targets::BENT));
+        self.view = self.session.bind(targets, (&self.visibility, self.bent.as_ref()))?;
         Ok(self)
     }
 
@@ -264,19 +291,19 @@ impl Running {
 }
 
 impl Runner {
-    fn bind(&self, textures: FrameViews<'_>) -> Result<BoundFrame> {
-        Ok(match self {
-            Self::Network(session) => session.bind(textures)?,
-            Self::Classic(session) => session.bind(textures)?,
+    /// Binds the textures of a frame, and those that the method writes: visibility, and bent normals where it has some.
+    fn bind(&self, targets: &Targets, (visibility, bent): (&Target, Option<&Target>)) -> Result<BoundFrame> {
+        let views = FrameViews {
+            normal: &targets.normal.view,
+            depth: &targets.depth.view,
+            second: targets.second.as_ref().map(|second| &second.depth.view),
+            visibility: &visibility.view,
+        };
+        Ok(match (self, bent) {
+            (Self::Network(session), Some(bent)) => session.bind_with_bent_normals(views, &bent.view)?,
+            (Self::Network(session), None) => session.bind(views)?,
+            (Self::Classic(session), Some(bent)) => session.bind_with_bent_normals(views, &bent.view)?,
+            (Self::Classic(session), None) => session.bind(views)?,
         })
-    }
-}
-
-fn textures<'a>(targets: &'a Targets, visibility: &'a Target) -> FrameViews<'a> {
-    FrameViews {
-        normal: &targets.normal.view,
-        depth: &targets.depth.view,
-        second: targets.second.as_ref().map(|second| &second.depth.view),
-        visibility: &visibility.view,
     }
 }

@@ -24,7 +24,8 @@ pub(super) struct ShadePass {
 
 impl ShadePass {
     pub(super) fn new(gpu: &Gpu) -> Self {
-        let bindings = [UNIFORM, TEXTURE, TEXTURE, TEXTURE, TEXTURE, TEXTURE, TEXTURE, TEXTURE, TEXTURE];
+        let mut bindings = [TEXTURE; 11];
+        bindings[0] = UNIFORM;
         let cover = gpu.cover(("shade", &source()), &bindings, targets::PICTURE);
         let shade = gpu.buffer("shade", SHADE_BYTES, wgpu::BufferUsages::UNIFORM);
         Self { gpu: gpu.clone(), cover, shade }
@@ -44,7 +45,13 @@ impl ShadePass {
         // Only pictures of the second layer read its normals, and their frames have some.
         let second_normal = targets.second.as_ref().map_or(normal, |second| &second.normal.view);
         let shares = &occlusion.shares().view;
-        let views = [normal, depth, albedo, first, second, reference, second_normal, shares];
+        // Without the switch, light comes from about the normal, even where a session with bent normals is still there.
+        let [first_bent, second_bent] = match frame.shows_bent_normals() {
+            true => frame.methods.map(|method| &occlusion.bent_normals(method).view),
+            false => [&occlusion.bent_normals(Method::Off).view; 2],
+        };
+        let views =
+            [normal, depth, albedo, first, second, reference, second_normal, shares, first_bent, second_bent];
         let views = views.map(wgpu::BindingResource::TextureView);
         let resources = [self.shade.as_entire_binding()].into_iter().chain(views);
         // Created for every frame, because the methods' textures can change.
@@ -78,6 +85,7 @@ fn shade_bytes(frame: &FrameParams, margin: Margin) -> Vec<u8> {
         Show::Error => 3,
         Show::Second => 4,
         Show::Shares => 5,
+        Show::Bent => 6,
     };
     let words = [camera.width() as u32, camera.height() as u32, split, show];
     let mut all = bytes(columns.into_iter().flatten().chain(half_image));

@@ -21,6 +21,7 @@ const NORMALS: u32 = 2u;
 const ERROR: u32 = 3u;
 const SECOND: u32 = 4u;
 const SHARES: u32 = 5u;
+const BENT: u32 = 6u;
 
 @group(0) @binding(0) var<uniform> shade: Shade;
 @group(0) @binding(1) var normals: texture_2d<f32>;
@@ -31,6 +32,8 @@ const SHARES: u32 = 5u;
 @group(0) @binding(6) var reference: texture_2d<f32>;
 @group(0) @binding(7) var second_normals: texture_2d<f32>;
 @group(0) @binding(8) var shares: texture_2d<f32>;
+@group(0) @binding(9) var first_bent: texture_2d<f32>;
+@group(0) @binding(10) var second_bent: texture_2d<f32>;
 
 /// Keeps white paint below white.
 const EXPOSURE: f32 = 0.45;
@@ -61,10 +64,11 @@ fn diverging(difference: f32) -> vec3<f32> {
     return mix(stops[i], stops[i + 1u], place - f32(i)) / 255.0;
 }
 
-/// Visibility dims ambient light only, no single light.
-fn lit(normal_view: vec3<f32>, albedo: vec3<f32>, visibility: f32) -> vec3<f32> {
+/// Visibility dims ambient light only, no single light. Ambient light comes from about the bent normal.
+fn lit(normal_view: vec3<f32>, bent_view: vec3<f32>, albedo: vec3<f32>, visibility: f32) -> vec3<f32> {
     let normal = shade.world_from_view * normal_view;
-    let ambient = mix(BELOW, ABOVE, 0.5 + 0.5 * normal.y) * visibility;
+    let bent = shade.world_from_view * bent_view;
+    let ambient = mix(BELOW, ABOVE, 0.5 + 0.5 * bent.y) * visibility;
     let key = KEY * max(dot(normal, normalize(TO_KEY)), 0.0);
     return tone_mapped(EXPOSURE * albedo * (ambient + key));
 }
@@ -80,6 +84,12 @@ fn visibility_at(visibilities: texture_2d<f32>, pixel: vec2<u32>) -> f32 {
     return textureLoad(visibilities, min(pixel, textureDimensions(visibilities) - 1u), 0).x;
 }
 
+/// A method without bent normals has a texture of one texel, all zero: the normal takes their place.
+fn bent_at(bent: texture_2d<f32>, pixel: vec2<u32>, normal: vec3<f32>) -> vec3<f32> {
+    let found = textureLoad(bent, min(pixel, textureDimensions(bent) - 1u), 0);
+    return select(normal, found.xyz, found.w > 0.5);
+}
+
 /// Black on the background, where normals are zero.
 fn normal_colour(normal: vec3<f32>) -> vec3<f32> {
     return select(vec3(0.0), 0.5 * normal + 0.5, any(normal != vec3(0.0)));
@@ -91,21 +101,24 @@ fn colour(pixel: vec2<u32>) -> vec3<f32> {
     let normal = textureLoad(normals, texel, 0).xyz;
     let foreground = textureLoad(depths, texel, 0).x > 0.0;
     var visibility = visibility_at(first, pixel);
+    var bent = bent_at(first_bent, pixel, normal);
     if (pixel.x >= shade.split) {
         visibility = visibility_at(second, pixel);
+        bent = bent_at(second_bent, pixel, normal);
     }
     switch shade.show {
         case VISIBILITY: { return vec3(visibility); }
         case NORMALS: { return normal_colour(normal); }
         case SECOND: { return normal_colour(textureLoad(second_normals, texel, 0).xyz); }
         case SHARES: { return textureLoad(shares, min(pixel, textureDimensions(shares) - 1u), 0).xyz; }
+        case BENT: { return normal_colour(bent); }
         case ERROR: { return diverging((visibility - visibility_at(reference, pixel)) / ERROR_SCALE); }
         default: {}
     }
     if (!foreground) {
         return encoded(sky(pixel));
     }
-    return encoded(lit(normal, textureLoad(albedos, texel, 0).xyz, visibility));
+    return encoded(lit(normal, bent, textureLoad(albedos, texel, 0).xyz, visibility));
 }
 
 @fragment

@@ -50,6 +50,7 @@ pub(super) const Z: Format = Format::Depth32Float;
 pub(super) const PICTURE: Format = Format::Rgba8Unorm;
 /// A step is 5e-4 at most; with 8 bits, steps would be visible in errors.
 pub(super) const VISIBILITY: Format = Format::R16Float;
+pub(super) const BENT: Format = Format::Rgba16Float;
 
 impl Targets {
     pub(super) fn new(gpu: &Gpu, window: Window) -> Self {

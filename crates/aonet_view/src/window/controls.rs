@@ -65,6 +65,7 @@ fn methods(ui: &mut Ui, viewer: &mut Viewer) {
             ui.selectable_value(&mut viewer.show, show, show.name());
         }
     });
+    ui.checkbox(&mut viewer.bent_normals, "light by bent normals");
 }
 
 fn numbers(ui: &mut Ui, viewer: &mut Viewer) {

@@ -123,8 +123,8 @@ pub(super) fn key(event: &WindowEvent, viewer: &mut Viewer) -> Option<Request> {
 }
 
 fn pressed(code: KeyCode, viewer: &mut Viewer) -> Option<Request> {
-    use KeyCode::{Digit1, Digit2, Digit3, Digit4, Digit5, Digit6};
-    let shows: [_; crate::Show::ALL.len()] = [Digit1, Digit2, Digit3, Digit4, Digit5, Digit6];
+    use KeyCode::{Digit1, Digit2, Digit3, Digit4, Digit5, Digit6, Digit7};
+    let shows: [_; crate::Show::ALL.len()] = [Digit1, Digit2, Digit3, Digit4, Digit5, Digit6, Digit7];
     if let Some(i) = shows.iter().position(|key| *key == code) {
         viewer.show = crate::Show::ALL[i];
     }

@@ -29,6 +29,8 @@ pub struct Start {
     pub split: f32,
     /// The picture that is drawn.
     pub show: Show,
+    /// Whether ambient light comes from about bent normals.
+    pub bent_normals: bool,
     /// A camera path that is replayed at the start.
     pub way: Option<CameraPath>,
 }

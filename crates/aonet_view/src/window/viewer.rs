@@ -32,6 +32,7 @@ pub(super) struct Viewer {
     pub(super) methods: [Method; 2],
     pub(super) split: f32,
     pub(super) show: Show,
+    pub(super) bent_normals: bool,
     /// AO radius (world units).
     pub(super) radius: f32,
     /// Texels of the frame per pixel of the window, along a side.
@@ -62,7 +63,7 @@ pub(super) enum Motion {
 
 impl Viewer {
     pub(super) fn new(start: Start) -> Self {
-        let Start { tracer, view, methods, split, show, way } = start;
+        let Start { tracer, view, methods, split, show, bent_normals, way } = start;
         let replays = way.is_some();
         Self {
             tracer: coloured(tracer.scene().clone()),
@@ -72,6 +73,7 @@ impl Viewer {
             methods,
             split,
             show,
+            bent_normals,
             scale: 1.0,
             samples: 2,
             controls: true,
@@ -98,6 +100,7 @@ impl Viewer {
             methods: self.methods,
             split: self.split,
             show: self.show,
+            bent_normals: self.bent_normals,
             separation: self.view.separation,
             // While scores are pending, rays matter more than the frame rate.
             samples: if self.wants_scores { self.samples.max(16) } else { self.samples },
@@ -243,7 +246,7 @@ pub(super) mod tests {
         let view = serde_json::from_slice(text).unwrap();
         let methods = [Method::Gtao, Method::Balanced];
         let (split, show, way) = (0.5, Show::Shaded, None);
-        Start { tracer: Tracer::new(scene), view, methods, split, show, way }
+        Start { tracer: Tracer::new(scene), view, methods, split, show, bent_normals: false, way }
     }
 
     #[test]

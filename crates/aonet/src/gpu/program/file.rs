@@ -106,8 +106,11 @@ impl Program {
     /// The program as the contents of two files.
     ///
     /// # Errors
-    /// When it needs subgroups or products of matrices: other hosts have them in other forms.
+    /// When it needs subgroups or products of matrices: other hosts have them in other forms; and when it draws bent normals.
     pub fn to_bytes(&self) -> Result<ProgramBytes> {
+        if self.bent.is_some() {
+            return Err(Error::config("images of a program file", "visibility", "bent normals as well"));
+        }
         if self.arithmetic.kernels != Kernels::Plain {
             return Err(Error::config("kernels of a program file", "plain", self.arithmetic.kernels));
         }
@@ -150,6 +153,7 @@ impl Program {
             arithmetic: Arithmetic { precision, kernels: Kernels::Plain },
             parts: Parts { buffers, shaders, passes: document.passes },
             image: document.image,
+            bent: None,
             trusted: false,
         })
     }

@@ -116,6 +116,8 @@ pub struct Program {
     pub(crate) arithmetic: Arithmetic,
     pub(crate) parts: Parts,
     pub(crate) image: Draw,
+    /// Draws bent normals, where a session asks for them.
+    pub(crate) bent: Option<Draw>,
     /// Whether this crate has built it: what comes from a file is not run without checks.
     pub(crate) trusted: bool,
 }
@@ -151,6 +153,11 @@ impl Program {
         &self.image
     }
 
+    /// The draw of bent normals, which follows that of the image, in programs that were made with it.
+    pub fn bent_normals(&self) -> Option<&Draw> {
+        self.bent.as_ref()
+    }
+
     /// The numbers of a frame: the uniform buffer at binding 0 of passes that see the frame. `margin` is the guard band
     /// inside the program's size; the AO texture has the rest.
     ///
@@ -160,9 +167,10 @@ impl Program {
         uniforms::frame_bytes(self.textures, self.size, margin, frame)
     }
 
-    /// Names of the passes in order, the image included.
+    /// Names of the passes in order, the images included.
     pub fn pass_labels(&self) -> Vec<&str> {
-        self.passes().iter().map(|pass| pass.label.as_str()).chain(["image"]).collect()
+        let bent = self.bent.as_ref().map(|_| "bent normals");
+        self.passes().iter().map(|pass| pass.label.as_str()).chain(["image"]).chain(bent).collect()
     }
 
     /// Bytes of the buffers that passes hand results over in; weights not included.

@@ -18,6 +18,8 @@ pub struct Template {
     pub(crate) arithmetic: Arithmetic,
     pub(crate) dispatches: Dispatches,
     pub(crate) image: Draw,
+    /// Draws bent normals, where a session asks for them.
+    pub(crate) bent: Option<Draw>,
     /// See [`Program`].
     pub(crate) trusted: bool,
 }
@@ -78,9 +80,9 @@ impl Template {
         &self.dispatches.shaders
     }
 
-    /// Number of dispatches and of the draw that ends them.
+    /// Number of dispatches and of the draws that end them.
     pub fn pass_count(&self) -> usize {
-        self.dispatches.passes.len() + 1
+        self.dispatches.passes.len() + 1 + usize::from(self.bent.is_some())
     }
 
     /// The program for frames of `size`.
@@ -90,9 +92,12 @@ impl Template {
     pub fn at(&self, size: Size) -> Result<Program> {
         let Self { textures, arithmetic, trusted, .. } = *self;
         let mut parts = self.dispatches.at(size, arithmetic.precision)?;
-        let mut image = self.image.clone();
-        image.shader = parts.shader(&self.dispatches.shaders[image.shader]);
-        Ok(Program { size, textures, arithmetic, parts, image, trusted })
+        let mut placed = |draw: &Draw| {
+            let shader = parts.shader(&self.dispatches.shaders[draw.shader]);
+            Draw { shader, bindings: draw.bindings.clone() }
+        };
+        let (image, bent) = (placed(&self.image), self.bent.as_ref().map(placed));
+        Ok(Program { size, textures, arithmetic, parts, image, bent, trusted })
     }
 }
 

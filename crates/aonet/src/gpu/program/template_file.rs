@@ -97,8 +97,11 @@ impl Template {
     /// The template as the contents of two files, as `docs/program_format.md` describes them.
     ///
     /// # Errors
-    /// When it needs subgroups or products of matrices: other hosts have them in other forms.
+    /// When it needs subgroups or products of matrices: other hosts have them in other forms; and when it draws bent normals.
     pub fn to_bytes(&self) -> Result<ProgramBytes> {
+        if self.bent.is_some() {
+            return Err(Error::config("images of a program file", "visibility", "bent normals as well"));
+        }
         let Arithmetic { precision, kernels } = self.arithmetic;
         if kernels != Kernels::Plain {
             return Err(Error::config("kernels of a program file", "plain", kernels));
@@ -137,7 +140,7 @@ impl Template {
         let shaders = shaders.into_iter().map(Into::into).collect();
         let dispatches = Dispatches { buffers, shaders, passes };
         let arithmetic = Arithmetic { precision, kernels: Kernels::Plain };
-        let template = Self { textures, arithmetic, dispatches, image, trusted: false };
+        let template = Self { textures, arithmetic, dispatches, image, bent: None, trusted: false };
         // What programs of one size are checked for does not depend on the size, but for limits of the device.
         let bytes = template.at(Size::px(1, 1))?.to_bytes()?;
         Program::from_bytes(&bytes.json, &bytes.blob)?;

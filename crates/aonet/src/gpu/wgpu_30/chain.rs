@@ -5,6 +5,7 @@ use crate::gpu::program::{Draw, Program};
 use crate::gpu::wgpu_30::bind;
 use crate::gpu::wgpu_30::cover::{cleared, covered_pipeline};
 use crate::gpu::wgpu_30::host::{Host, Ready, bound, ty};
+use crate::gpu::wgpu_30::options::Outputs;
 use crate::gpu::wgpu_30::view::BoundFrame;
 
 /// A program's buffers and passes on a device.
@@ -16,9 +17,11 @@ pub(crate) struct Chain {
     passes: Vec<Ready>,
     /// The pass that draws the AO texture.
     image: Image,
+    /// The pass that draws bent normals.
+    bent: Option<Image>,
 }
 
-/// The last pass.
+/// A pass that draws a picture.
 #[derive(Debug)]
 struct Image {
     pipeline: wgpu::RenderPipeline,
@@ -47,9 +50,27 @@ impl Image {
         Self { pipeline, group: bind::group(&host.device, "image", &own, bound(&draw.bindings, buffers)) }
     }
 
-    fn encode(&self, pass: &mut wgpu::RenderPass<'_>, frame: &wgpu::BindGroup) {
+    /// Draws the target, which is cleared to a colour; `index` is that of the pass.
+    fn draw(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        (target, colour): (&wgpu::TextureView, wgpu::Color),
+        view: &BoundFrame,
+        (timestamps, index): (Option<Timestamps<'_>>, usize),
+    ) {
+        let first = 2 * index as u32;
+        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("aonet image"),
+            color_attachments: &[cleared(target, colour)],
+            timestamp_writes: timestamps.map(|t| wgpu::RenderPassTimestampWrites {
+                query_set: t.queries,
+                beginning_of_pass_write_index: Some(first),
+                end_of_pass_write_index: Some(first + 1),
+            }),
+            ..Default::default()
+        });
         pass.set_pipeline(&self.pipeline);
-        pass.set_bind_group(0, frame, &[]);
+        pass.set_bind_group(0, &view.group, &[]);
         pass.set_bind_group(1, &self.group, &[]);
         pass.draw(0..3, 0..1);
     }
@@ -58,14 +79,17 @@ impl Image {
 impl Chain {
     /// # Errors
     /// When a buffer is larger than a shader may see.
-    pub(crate) fn new(host: &Host, program: &Program, output: wgpu::TextureFormat) -> Result<Self> {
+    pub(crate) fn new(host: &Host, program: &Program, output: Outputs) -> Result<Self> {
         let buffers = host.buffers(program.buffers())?;
         let cleared = program.buffers().iter().zip(&buffers).filter(|(described, _)| described.cleared);
-        let source = &program.shaders()[program.image.shader];
+        let image =
+            |draw: &Draw, format| Image::new(host, draw, &program.shaders()[draw.shader], &buffers, format);
+        let bent = program.bent.as_ref().zip(output.bent).map(|(draw, format)| image(draw, format));
         Ok(Self {
             cleared: cleared.map(|(_, buffer)| buffer.clone()).collect(),
             passes: host.passes(program, &buffers),
-            image: Image::new(host, &program.image, source, &buffers, output),
+            image: image(&program.image, output.visibility),
+            bent,
         })
     }
 
@@ -83,7 +107,11 @@ impl Chain {
             None => self.encode_passes(encoder, view),
             Some(timestamps) => self.encode_each_pass(encoder, view, timestamps),
         }
-        self.encode_image(encoder, view, timestamps);
+        let first = self.passes.len();
+        self.image.draw(encoder, (&view.visibility, wgpu::Color::WHITE), view, (timestamps, first));
+        if let Some((bent, target)) = self.bent.as_ref().zip(view.bent.as_ref()) {
+            bent.draw(encoder, (target, wgpu::Color::TRANSPARENT), view, (timestamps, first + 1));
+        }
     }
 
     fn encode_passes(&self, encoder: &mut wgpu::CommandEncoder, view: &BoundFrame) {
@@ -111,25 +139,5 @@ impl Chain {
             });
             pass.encode(&mut one, &view.group);
         }
-    }
-
-    fn encode_image(
-        &self,
-        encoder: &mut wgpu::CommandEncoder,
-        view: &BoundFrame,
-        timestamps: Option<Timestamps<'_>>,
-    ) {
-        let first = 2 * self.passes.len() as u32;
-        let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
-            label: Some("aonet image"),
-            color_attachments: &[cleared(&view.visibility, wgpu::Color::WHITE)],
-            timestamp_writes: timestamps.map(|t| wgpu::RenderPassTimestampWrites {
-                query_set: t.queries,
-                beginning_of_pass_write_index: Some(first),
-                end_of_pass_write_index: Some(first + 1),
-            }),
-            ..Default::default()
-        });
-        self.image.encode(&mut pass, &view.group);
     }
 }

@@ -1,8 +1,10 @@
 //! How a session is built on a device.
 
+use crate::error::{Error, Result};
 use crate::gpu::matrices::Matrices;
 use crate::gpu::options::{
-    DepthEncoding, Kernels, Layers, NormalEncoding, NormalSpace, Precision, ProgramOptions, TextureEncoding,
+    BentEncoding, DepthEncoding, Kernels, Layers, NormalEncoding, NormalSpace, Precision, ProgramOptions,
+    TextureEncoding,
 };
 use crate::net::config::Features;
 
@@ -24,6 +26,36 @@ pub struct Options {
     /// Format of the AO texture: one that can be rendered to and holds a float in its first channel, such as `R8Unorm`
     /// or `R16Float`.
     pub output: wgpu::TextureFormat,
+}
+
+/// Formats of the textures that a session writes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) struct Outputs {
+    pub(crate) visibility: wgpu::TextureFormat,
+    /// Of the bent normals, where there are some.
+    pub(crate) bent: Option<wgpu::TextureFormat>,
+}
+
+impl From<wgpu::TextureFormat> for Outputs {
+    fn from(visibility: wgpu::TextureFormat) -> Self {
+        Self { visibility, bent: None }
+    }
+}
+
+/// How a texture of the format holds bent normals.
+///
+/// # Errors
+/// When it is none of the formats that can: of three or four channels, and rendered to on every device.
+pub(crate) fn bent_encoding(format: wgpu::TextureFormat) -> Result<BentEncoding> {
+    use wgpu::TextureFormat as Format;
+    match format {
+        Format::Rgba16Float | Format::Rgba32Float => Ok(BentEncoding::Plain),
+        Format::Rgba8Unorm | Format::Bgra8Unorm | Format::Rgb10a2Unorm => Ok(BentEncoding::Unorm),
+        other => {
+            let expected = "Rgba16Float, Rgba32Float, Rgba8Unorm, Bgra8Unorm or Rgb10a2Unorm";
+            Err(Error::value("format of bent normals", expected, format!("{other:?}")))
+        }
+    }
 }
 
 impl Default for Options {

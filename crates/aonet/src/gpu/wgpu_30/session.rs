@@ -7,6 +7,7 @@ use crate::gpu::program::{Describe, Program};
 use crate::gpu::wgpu_30::chain::{Chain, Timestamps};
 use crate::gpu::wgpu_30::errors::{check_limits, scoped};
 use crate::gpu::wgpu_30::host::Host;
+use crate::gpu::wgpu_30::options::Outputs;
 use crate::gpu::wgpu_30::view::{BoundFrame, FrameViews, Frames, check_size};
 use std::sync::Arc;
 
@@ -22,7 +23,7 @@ pub struct Session<M = Program> {
 #[derive(Debug)]
 pub(crate) struct Runner {
     host: Arc<Host>,
-    output: wgpu::TextureFormat,
+    output: Outputs,
     program: Program,
     chain: Chain,
 }
@@ -47,12 +48,12 @@ impl<M: Describe> Session<M> {
         on: (&wgpu::Device, &wgpu::Queue),
         method: M,
         size: Size,
-        output: wgpu::TextureFormat,
+        output: impl Into<Outputs>,
     ) -> Result<Self> {
         check_limits(&on.0.limits())?;
         let program = method.program(size)?;
         let host = Arc::new(Host::new(on, program.textures.layers));
-        let runner = Runner::new(host, program, output)?;
+        let runner = Runner::new(host, program, output.into())?;
         Ok(Self { method: Arc::new(method), runner })
     }
 
@@ -78,9 +79,22 @@ impl<M: Describe> Session<M> {
     /// Binds a frame's textures; once for each camera that sees a frame.
     ///
     /// # Errors
-    /// When a texture has another size, format or usage than the session needs.
+    /// When a texture has another size, format or usage than the session needs, or the session writes bent normals as well.
     pub fn bind(&self, views: FrameViews<'_>) -> Result<BoundFrame> {
-        self.runner.bind(views)
+        self.runner.bind(views, None)
+    }
+
+    /// [`Session::bind`] for a session that was made with bent normals: they come to a second texture, of the same size as the
+    /// visibility, in view space; its format tells how, as [`ClassicSession`](crate::search::gpu::ClassicSession) describes.
+    ///
+    /// # Errors
+    /// As [`Session::bind`], and when the session has no bent normals.
+    pub fn bind_with_bent_normals(
+        &self,
+        views: FrameViews<'_>,
+        bent: &wgpu::TextureView,
+    ) -> Result<BoundFrame> {
+        self.runner.bind(views, Some(bent))
     }
 
     /// Encodes the passes of a frame: they read the normal and depth of `view` and write its visibility, in [0, 1],
@@ -151,7 +165,7 @@ impl Describe for Program {
 }
 
 impl Runner {
-    fn new(host: Arc<Host>, program: Program, output: wgpu::TextureFormat) -> Result<Self> {
+    fn new(host: Arc<Host>, program: Program, output: Outputs) -> Result<Self> {
         check_size(&host.device, program.size)?;
         host.check_features(program.arithmetic)?;
         let chain = scoped(&host.device, "session", || Chain::new(&host, &program, output))?;
@@ -162,15 +176,21 @@ impl Runner {
         Self::new(Arc::clone(&self.host), program, self.output)
     }
 
+    /// Whether it writes bent normals.
+    #[cfg(not(target_arch = "wasm32"))]
+    pub(crate) fn has_bent_normals(&self) -> bool {
+        self.output.bent.is_some()
+    }
+
     /// Layers of its frames.
     pub(crate) fn layers(&self) -> Layers {
         self.program.textures.layers
     }
 
     /// See [`Session::bind`].
-    pub(crate) fn bind(&self, views: FrameViews<'_>) -> Result<BoundFrame> {
+    pub(crate) fn bind(&self, views: FrameViews<'_>, bent: Option<&wgpu::TextureView>) -> Result<BoundFrame> {
         let frames = Frames { size: self.program.size, layers: self.layers(), output: self.output };
-        BoundFrame::new(&self.host.device, &self.host.frame_layout, frames, views)
+        BoundFrame::new(&self.host.device, &self.host.frame_layout, frames, (views, bent))
     }
 
     /// See [`Session::encode`].

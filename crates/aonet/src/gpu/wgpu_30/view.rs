@@ -8,6 +8,7 @@ use crate::gpu::program::Program;
 use crate::gpu::uniforms::FRAME_BYTES;
 use crate::gpu::wgpu_30::bind;
 use crate::gpu::wgpu_30::errors::scoped;
+use crate::gpu::wgpu_30::options::Outputs;
 
 /// Views of textures of the session's size; all must be sampled once a pixel.
 #[derive(Debug, Clone, Copy)]
@@ -32,6 +33,8 @@ pub struct BoundFrame {
     pub(crate) group: wgpu::BindGroup,
     pub(crate) frame: wgpu::Buffer,
     pub(crate) visibility: wgpu::TextureView,
+    /// Of sessions with bent normals.
+    pub(crate) bent: Option<wgpu::TextureView>,
 }
 
 /// The frames of a session.
@@ -39,8 +42,7 @@ pub struct BoundFrame {
 pub(crate) struct Frames {
     pub(crate) size: Size,
     pub(crate) layers: Layers,
-    /// Format of the AO texture.
-    pub(crate) output: wgpu::TextureFormat,
+    pub(crate) output: Outputs,
 }
 
 /// The layout of what the shaders see of a frame.
@@ -55,7 +57,7 @@ impl BoundFrame {
         device: &wgpu::Device,
         layout: &wgpu::BindGroupLayout,
         Frames { size, layers, output }: Frames,
-        views: FrameViews<'_>,
+        (views, bent): (FrameViews<'_>, Option<&wgpu::TextureView>),
     ) -> Result<Self> {
         let FrameViews { normal, depth, second, visibility } = views;
         let mut inputs = vec![("normal", normal), ("depth", depth)];
@@ -68,13 +70,18 @@ impl BoundFrame {
             size.expect(&format!("{what} texture"), size_of(view.texture())?)?;
         }
         let margin = margin(size, visibility.texture())?;
-        let format = visibility.texture().format();
-        if format != output {
-            return Err(Error::value("visibility texture", format!("{output:?}"), format!("{format:?}")));
-        }
-        if !visibility.texture().usage().contains(wgpu::TextureUsages::RENDER_ATTACHMENT) {
-            let found = format!("{:?}", visibility.texture().usage());
-            return Err(Error::value("visibility texture's usage", "RENDER_ATTACHMENT", found));
+        check_target("visibility texture", visibility, output.visibility)?;
+        match (output.bent, bent) {
+            (None, None) => {}
+            (Some(format), Some(view)) => {
+                check_target("bent normals texture", view, format)?;
+                size_of(visibility.texture())?.expect("bent normals texture", size_of(view.texture())?)?;
+            }
+            (expected, found) => {
+                let word = |there: bool| if there { "one" } else { "none" };
+                let expected = format!("{}, as the session was made", word(expected.is_some()));
+                return Err(Error::value("bent normals texture", expected, word(found.is_some())));
+            }
         }
         let frame = device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("frame"),
@@ -86,7 +93,7 @@ impl BoundFrame {
         let resources = [frame.as_entire_binding()].into_iter().chain(textures);
         let group =
             scoped(device, "textures of a frame", || Ok(bind::group(device, "frame", layout, resources)))?;
-        Ok(Self { size, margin, group, frame, visibility: visibility.clone() })
+        Ok(Self { size, margin, group, frame, visibility: visibility.clone(), bent: bent.cloned() })
     }
 }
 
@@ -99,6 +106,19 @@ impl BoundFrame {
         program.size.expect("view of a session", self.size)?;
         queue.write_buffer(&self.frame, 0, &program.frame_bytes(self.margin, frame)?);
         Ok(())
+    }
+}
+
+/// # Errors
+/// When a texture to draw has another format than the session writes, or cannot be rendered to.
+fn check_target(what: &str, view: &wgpu::TextureView, expected: wgpu::TextureFormat) -> Result<()> {
+    let (format, usage) = (view.texture().format(), view.texture().usage());
+    if format != expected {
+        return Err(Error::value(what, format!("{expected:?}"), format!("{format:?}")));
+    }
+    match usage.contains(wgpu::TextureUsages::RENDER_ATTACHMENT) {
+        true => Ok(()),
+        false => Err(Error::value(format!("{what}'s usage"), "RENDER_ATTACHMENT", format!("{usage:?}"))),
     }
 }
 

@@ -4,7 +4,7 @@ use super::context::Context;
 use crate::net::config::SearchConfig;
 use crate::net::plan::{Buffer, HALO};
 use crate::search::survey::{Cells, survey_band};
-use crate::search::{self, ArcsParams, Screen};
+use crate::search::{self, ArcsParams, BENT_PLANES, Screen};
 
 /// Packs the normals of both layers.
 #[derive(Debug)]
@@ -40,6 +40,9 @@ impl Search {
             .expect("live buffers do not overlap");
         let surfels = [&*first, &*second];
         workers.for_each_band(output, self.output.row_len(), |band| match self.search {
+            SearchConfig::Agtao(params) if self.output.channels == BENT_PLANES => {
+                search::bent_agtao_band(isa, params, screen, band);
+            }
             SearchConfig::Agtao(params) => search::agtao_band(isa, params, screen, band),
             SearchConfig::Arcs(params) => search::arcs_band(isa, (params, surfels), screen, band),
         });

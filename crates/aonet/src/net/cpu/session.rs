@@ -11,12 +11,13 @@ use super::search::{Filter, Search, Surfels, Survey};
 use super::winograd::{self, Winograd};
 use crate::error::{Error, Result};
 use crate::frame::ao_image::{AoImage, AoParams};
+use crate::frame::bent_normals::BentNormals;
 use crate::frame::gbuffer::GBuffer;
 use crate::frame::window::Window;
 use crate::net::config::Features;
 use crate::net::model::Model;
 use crate::net::plan::{BufferId, Plan, Step};
-use crate::search::Screen;
+use crate::search::{Screen, bent};
 use crate::simd::aligned::Aligned;
 use crate::simd::{Isa, Level};
 use crate::threads::Workers;
@@ -48,6 +49,8 @@ pub struct Session {
     /// Visibility of picture and guard band, where there is one.
     guarded: Option<AoImage>,
     plan: Plan,
+    /// Visibility and bend of the search, where they are asked for.
+    bent: Option<BufferId>,
     features: Features,
     precision: Precision,
     isa: Isa,
@@ -87,11 +90,29 @@ impl Session {
     /// integers need.
     pub fn with_options(model: &Model, window: impl Into<Window>, options: Options) -> Result<Self> {
         let window = window.into();
-        let size = window.buffer_size();
+        Self::of((Plan::new(model.graph(), window.buffer_size())?, None), model, window, options)
+    }
+
+    /// [`Session::with_options`] for [`Session::run_with_bent_normals`]. The bent normals are those of the network's search; where that
+    /// is connected arcs, those of `agtao:tuned`, which runs beside it.
+    ///
+    /// # Errors
+    /// As [`Session::with_options`], and when the network has no search.
+    pub fn with_bent_normals(model: &Model, window: impl Into<Window>, options: Options) -> Result<Self> {
+        let window = window.into();
+        let (plan, bent) = Plan::with_bent_normals(model.graph(), window.buffer_size())?;
+        Self::of((plan, Some(bent)), model, window, options)
+    }
+
+    fn of(
+        (plan, bent): (Plan, Option<BufferId>),
+        model: &Model,
+        window: Window,
+        options: Options,
+    ) -> Result<Self> {
         let Options { threads, level, precision } = options;
         let arithmetic = Arithmetic::new(level, precision)?;
         let isa = arithmetic.isa();
-        let plan = Plan::new(model.graph(), size)?;
         let recipe = Recipe { plan: &plan, weights: model.weights(), arithmetic, ranges: model.ranges() };
         let steps: Vec<_> =
             plan.steps.iter().map(|step| Prepared::new(step, &recipe)).collect::<Result<_>>()?;
@@ -99,8 +120,8 @@ impl Session {
         let workers = Workers::new(threads, scratch_len)?;
         let arena = Aligned::zeros(plan.arena_len)?;
         let features = model.config().features.clone();
-        let guarded = window.has_margin().then(|| AoImage::open(size));
-        Ok(Self { window, guarded, features, plan, precision, isa, workers, arena, steps })
+        let guarded = window.has_margin().then(|| AoImage::open(plan.size));
+        Ok(Self { window, guarded, features, plan, bent, precision, isa, workers, arena, steps })
     }
 
     /// Writes the visibility of a frame's picture: in [0, 1], 1 on the background. Allocates nothing.
@@ -109,6 +130,24 @@ impl Session {
     /// When the frame has another size or margin than the session, or the image another size than its picture.
     pub fn run(&mut self, gbuffer: &GBuffer, params: AoParams, image: &mut AoImage) -> Result<()> {
         self.run_observed(gbuffer, params, image, &mut |_| ())
+    }
+
+    /// [`Session::run`] that also writes the picture's bent normals. Allocates nothing.
+    ///
+    /// # Errors
+    /// As [`Session::run`]; also when the session is not one of [`Session::with_bent_normals`], or `bent` has another size.
+    pub fn run_with_bent_normals(
+        &mut self,
+        gbuffer: &GBuffer,
+        params: AoParams,
+        image: &mut AoImage,
+        bent: &mut BentNormals,
+    ) -> Result<()> {
+        bent::check(self.bent.is_some(), self.window, bent)?;
+        self.run(gbuffer, params, image)?;
+        let planes = self.bent.map(|id| self.plan.buffers[id].range()).unwrap_or_default();
+        bent::write(&mut self.workers, gbuffer, &self.arena[planes], bent);
+        Ok(())
     }
 
     /// [`Session::run`] that calls `after_step` with the index of every step of the plan when the step is done: for

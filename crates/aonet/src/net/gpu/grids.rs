@@ -24,6 +24,12 @@ pub(crate) fn smallest_plan(graph: &Graph) -> Result<Plan> {
     Plan::new(graph, Size::new(side, side)?)
 }
 
+/// The same with bent normals: see [`Plan::with_bent_normals`].
+pub(crate) fn smallest_bent_plan(graph: &Graph) -> Result<(Plan, BufferId)> {
+    let side = graph.alignment();
+    Plan::with_bent_normals(graph, Size::new(side, side)?)
+}
+
 impl Grids {
     /// Those of the smallest plan.
     pub(crate) fn new(plan: &Plan) -> Self {

@@ -3,20 +3,20 @@
 use crate::error::{Error, Result};
 use crate::frame::size::Size;
 use crate::gpu::image::{Image, Raw};
-use crate::gpu::options::{Layers, ProgramOptions};
+use crate::gpu::options::{BentEncoding, Layers, ProgramOptions};
 use crate::gpu::program::{self, Arithmetic, Binding, Describe, Dispatches, Draw, Program, Template};
 use crate::gpu::surface::Surface;
 use crate::net::config::{Channel, Features, SearchConfig};
 use crate::net::gpu::context::Context;
 use crate::net::gpu::conv::Conv;
 use crate::net::gpu::features::{self, Target};
-use crate::net::gpu::grids::{Grids, smallest_plan};
+use crate::net::gpu::grids::{Grids, smallest_bent_plan, smallest_plan};
 use crate::net::gpu::head::Head;
 use crate::net::gpu::memory::Memory;
 use crate::net::gpu::survey;
 use crate::net::model::Model;
 use crate::net::plan::{BufferId, HeadStep, Plan, Step};
-use crate::search::gpu::{agtao, arcs, denoise, pixels, surfels};
+use crate::search::gpu::{agtao, arcs, bent, denoise, pixels, surfels};
 
 /// Sources of a convolution at most: with weights, bias and output they are within the eight storage buffers that
 /// every device has.
@@ -30,6 +30,8 @@ pub struct Network {
     features: Features,
     /// The smallest one: its steps are those of every size.
     plan: Plan,
+    /// Visibility and bend of the search, and how they are drawn, where they are asked for.
+    bent: Option<(BufferId, BentEncoding)>,
     /// In the order of the plan's steps.
     convs: Vec<Conv>,
     head: Option<Head>,
@@ -41,11 +43,27 @@ impl Network {
     /// # Errors
     /// When a convolution has more inputs than shaders can read.
     pub fn new(model: &Model, options: ProgramOptions) -> Result<Self> {
+        Self::of(model, options, (smallest_plan(model.graph())?, None))
+    }
+
+    /// A model that draws bent normals as well.
+    ///
+    /// # Errors
+    /// As [`Network::new`], and when the network has no search.
+    pub fn with_bent_normals(model: &Model, options: ProgramOptions, encoding: BentEncoding) -> Result<Self> {
+        let (plan, bent) = smallest_bent_plan(model.graph())?;
+        Self::of(model, options, (plan, Some((bent, encoding))))
+    }
+
+    fn of(
+        model: &Model,
+        options: ProgramOptions,
+        (plan, bent): (Plan, Option<(BufferId, BentEncoding)>),
+    ) -> Result<Self> {
         let ProgramOptions { precision, kernels, textures } = options;
         let features = model.config().features.clone();
         let precision = precision.of(&features);
         let arithmetic = Arithmetic { precision, kernels: kernels.of(precision) };
-        let plan = smallest_plan(model.graph())?;
         let (mut convs, mut head) = (Vec::new(), None);
         for step in &plan.steps {
             match step {
@@ -63,7 +81,7 @@ impl Network {
                 | Step::Image { .. } => {}
             }
         }
-        Ok(Self { convs, head, surface: Surface { precision, textures }, arithmetic, features, plan })
+        Ok(Self { convs, head, surface: Surface { precision, textures }, arithmetic, features, plan, bent })
     }
 
     /// The programs of every size.
@@ -72,13 +90,13 @@ impl Network {
     /// When the network has no image at its end.
     pub fn template(&self) -> Result<Template> {
         let mut dispatches = Dispatches::default();
-        let image = self.push(&mut dispatches)?;
+        let (image, bent) = self.push(&mut dispatches)?;
         let (textures, arithmetic) = (self.surface.textures, self.arithmetic);
-        Ok(Template { textures, arithmetic, dispatches, image, trusted: true })
+        Ok(Template { textures, arithmetic, dispatches, image, bent, trusted: true })
     }
 
-    /// Adds the dispatches to the list; returns the draw that ends them.
-    fn push(&self, list: &mut Dispatches) -> Result<Draw> {
+    /// Adds the dispatches to the list; returns the draws that end them.
+    fn push(&self, list: &mut Dispatches) -> Result<(Draw, Option<Draw>)> {
         let Self { arithmetic, surface, ref plan, .. } = *self;
         let grids = Grids::new(plan);
         let memory = Memory::new(&plan.buffers, &grids, list);
@@ -99,10 +117,11 @@ impl Network {
                 Step::Search { search, surfels, output } => {
                     let second = surfels.filter(|_| surface.textures.layers == Layers::Two);
                     let second = second.map(|[_, second]| place(&second));
-                    push_search(search, surface, (second, place(output)), list);
+                    let planes = plan.buffers[*output].channels;
+                    push_search((search, planes), surface, (second, place(output)), list);
                 }
                 Step::Filter { search, input, output } => {
-                    let shader = denoise::shader(surface, search.filter(), search.planes());
+                    let shader = denoise::shader(surface, search.filter(), plan.buffers[*output].channels);
                     denoise::push(shader, [place(input), place(output)], list);
                 }
                 Step::Features { search, output, patch } => {
@@ -133,20 +152,22 @@ impl Network {
             }
         }
         let image = image.ok_or_else(|| Error::config("graph", "an image at the end", "none"))?;
-        Ok(image.draw(surface, list))
+        let image = image.draw(surface, list);
+        let bent = self.bent.map(|(found, encoding)| bent::draw(place(&found), encoding, surface, list));
+        Ok((image, bent))
     }
 }
 
-/// Adds the dispatch of a search; it reads the packed normals of the second layer, if there is one, and writes the output.
+/// Adds the dispatch of a search that reports so many values for a pixel; it reads the packed normals of the second layer, if there is one, and writes the output.
 fn push_search(
-    search: &SearchConfig,
+    (search, planes): (&SearchConfig, usize),
     surface: Surface,
     (second, output): (Option<program::BufferId>, program::BufferId),
     list: &mut Dispatches,
 ) {
     let shader = match search {
-        SearchConfig::Agtao(params) => agtao::shader(surface, params),
-        SearchConfig::Arcs(params) => arcs::shader(surface, params, search.planes()),
+        SearchConfig::Agtao(params) => agtao::shader(surface, params, planes),
+        SearchConfig::Arcs(params) => arcs::shader(surface, params, planes),
     };
     let bindings: Vec<_> = std::iter::once(Binding::Write(output)).chain(second.map(Binding::Read)).collect();
     pixels::push(search.method().name(), shader, &bindings, list);

@@ -13,12 +13,13 @@ mod tests;
 
 use crate::error::Result;
 use crate::frame::ao_image::{AoImage, AoParams};
+use crate::frame::bent_normals::BentNormals;
 use crate::frame::gbuffer::GBuffer;
 use crate::net::config::KernelWeights;
 use crate::net::graph::{Activation, LEAKY_SLOPE, Op};
 use crate::net::kernel::{FIRST_TAP, GUIDE_CHANNELS, TAPS, WINDOW};
 use crate::net::model::Model;
-use crate::search::ArcsParams;
+use crate::search::{AgtaoParams, ArcsParams};
 
 pub use features::features;
 
@@ -128,6 +129,15 @@ pub fn run_on(model: &Model, gbuffer: &GBuffer, inputs: &Inputs) -> Result<AoIma
 /// The visibility that the network's search finds on a frame, and the shares that it reports, if it has a search.
 pub fn search(model: &Model, gbuffer: &GBuffer, params: AoParams) -> Option<Planes> {
     model.config().search.map(|config| search::search(&config, gbuffer, params))
+}
+
+/// The bent normals that attenuated GTAO finds on a frame without a guard band.
+///
+/// # Panics
+/// Never: there is a direction for each pixel.
+pub fn bent_normals(agtao: &AgtaoParams, gbuffer: &GBuffer, params: AoParams) -> BentNormals {
+    let found = search::bent_normals(agtao, gbuffer, params);
+    BentNormals::new(gbuffer.size(), found).expect("a direction for each pixel")
 }
 
 /// What the network reads of a frame, padded to the graph's alignment by repeating the edge.

@@ -9,12 +9,14 @@ use super::{Planes, arcs, filter};
 use crate::frame::ao_image::AoParams;
 use crate::frame::gbuffer::GBuffer;
 use crate::net::config::SearchConfig;
-use crate::search::{AgtaoParams, noise_of};
+use crate::search::{AgtaoParams, BENT_PLANES, noise_of};
 use glam::DVec3;
 use std::f64::consts::PI;
 
 /// Least cosine between normal and view that the tangent plane is followed at.
 const MOST_GRAZING: f64 = 0.1;
+/// Shortest sum of open directions, where the longest is 1, that has a direction.
+const SHORTEST: f64 = 1e-4;
 /// Least cosine between the projected normal and the viewer that the open sky is counted for.
 const MOST_AVERTED: f64 = -0.25;
 
@@ -24,7 +26,7 @@ pub(super) fn search(config: &SearchConfig, gbuffer: &GBuffer, params: AoParams)
     let mut found = match config {
         SearchConfig::Agtao(agtao) => Planes::from_fn((1, gbuffer.height(), gbuffer.width()), |_, y, x| {
             match gbuffer.is_foreground(y * gbuffer.width() + x) {
-                true => screen.visibility(agtao, x, y) as f32,
+                true => screen.visibility(agtao, x, y)[0] as f32,
                 false => 1.0,
             }
         }),
@@ -34,6 +36,42 @@ pub(super) fn search(config: &SearchConfig, gbuffer: &GBuffer, params: AoParams)
         found = filter::filter(&screen, config.filter(), &found);
     }
     found
+}
+
+/// The bent normals of attenuated GTAO, its filter included. The frame has no guard band.
+pub(super) fn bent_normals(agtao: &AgtaoParams, gbuffer: &GBuffer, params: AoParams) -> Vec<[f32; 3]> {
+    let found = bent_search(agtao, gbuffer, params);
+    let pixels = gbuffer.depth().len();
+    let one = |i: usize| {
+        let normal = DVec3::from(gbuffer.normal()[i].map(f64::from));
+        let [v, x, y, z] = [0, 1, 2, 3].map(|c| f64::from(found.values[c * pixels + i]));
+        let sum = normal * v + DVec3::new(x, y, z);
+        let bent = if sum.length() > SHORTEST { sum.normalize() } else { normal };
+        if gbuffer.is_foreground(i) { bent.to_array().map(|c| c as f32) } else { [0.0; 3] }
+    };
+    (0..pixels).map(one).collect()
+}
+
+/// The visibility, and the bend.
+fn bent_search(agtao: &AgtaoParams, gbuffer: &GBuffer, params: AoParams) -> Planes {
+    let screen = Screen::new(gbuffer, params);
+    let mut found =
+        Planes::from_fn((BENT_PLANES, gbuffer.height(), gbuffer.width()), |c, y, x| {
+            match gbuffer.is_foreground(y * gbuffer.width() + x) {
+                true => screen.visibility(agtao, x, y)[c] as f32,
+                false => [1.0, 0.0, 0.0, 0.0][c],
+            }
+        });
+    for _ in 0..agtao.denoise().passes {
+        found = filter::filter(&screen, agtao.denoise(), &found);
+    }
+    found
+}
+
+/// Light, and the integral of direction times light.
+struct Light {
+    light: f64,
+    beam: DVec3,
 }
 
 /// A plane through a pixel and the viewer.
@@ -73,6 +111,15 @@ impl Slice {
         0.5 * (t.sin().powi(2) * n.cos() + (t - t.sin() * t.cos()) * n.sin())
     }
 
+    /// The integral of direction times light between the viewer and a horizon, in view space.
+    fn beam_above(&self, viewer: DVec3, cosine: f64, sign: f64) -> DVec3 {
+        let (t, n) = (cosine.clamp(-1.0, 1.0).acos(), sign * self.normal_angle);
+        let (sin, cos) = t.sin_cos();
+        let towards = (n.cos() * (1.0 - cos.powi(3)) + n.sin() * sin.powi(3)) / 3.0;
+        let along = (n.cos() * sin.powi(3) + n.sin() * (2.0 - 3.0 * cos + cos.powi(3))) / 3.0;
+        viewer * towards + self.along * (sign * along)
+    }
+
     /// Light of the slice when nothing occludes.
     fn open(&self) -> f64 {
         let n = self.normal_angle.cos().max(MOST_AVERTED).acos();
@@ -87,28 +134,43 @@ impl Slice {
 }
 
 impl Screen<'_> {
-    /// Visibility of a pixel before the filter.
-    fn visibility(&self, params: &AgtaoParams, x: usize, y: usize) -> f64 {
+    /// Visibility and bend of a pixel before the filter.
+    fn visibility(&self, params: &AgtaoParams, x: usize, y: usize) -> [f64; BENT_PLANES] {
         let (normal, viewer) = (self.normal(x, y), self.lens.to_viewer(x, y));
         let [turn, jitter] = noise_of(x, y).map(f64::from);
         let (mut lost, mut open) = (0.0, 0.0);
+        // Integrals of direction times light: what is lost, and the open sky of these slices.
+        let (mut lost_beam, mut open_beam) = (DVec3::ZERO, DVec3::ZERO);
         for s in 0..params.slices {
             let angle = (turn + f64::from(s)) * PI / f64::from(params.slices);
             let slice = Slice::new(normal, viewer, angle);
             let jitter = (jitter + f64::from(s) * 0.618_034).fract();
-            lost += slice.normal_length * self.lost(params, [x, y], &slice, jitter);
+            let gone = self.lost(params, [x, y], &slice, jitter);
+            lost += slice.normal_length * gone.light;
             open += slice.normal_length * slice.open();
+            lost_beam += slice.normal_length * gone.beam;
+            for sign in [1.0, -1.0] {
+                let sky = slice.beam_above(viewer, slice.lowest(0.0, sign), sign);
+                open_beam += slice.normal_length * sky;
+            }
         }
-        (1.0 - lost / open.max(1e-6)).clamp(0.0, 1.0).powf(f64::from(params.power))
+        let share = (1.0 - lost / open.max(1e-6)).clamp(0.0, 1.0);
+        let powered = share.powf(f64::from(params.power));
+        // What is open, plus the share of what an open sky of all slices has more than one of these; in lengths of the former.
+        let whole = normal * (2.0 / 3.0 * f64::from(params.slices));
+        let bent = (open_beam - lost_beam + share * (whole - open_beam)) / whole.length();
+        let bend = (bent - share * normal) * (powered / share.max(1e-6));
+        [powered, bend.x, bend.y, bend.z]
     }
 
     /// Light of a slice that occluders on both sides take.
-    fn lost(&self, params: &AgtaoParams, pixel: [usize; 2], slice: &Slice, jitter: f64) -> f64 {
+    fn lost(&self, params: &AgtaoParams, pixel: [usize; 2], slice: &Slice, jitter: f64) -> Light {
+        let viewer = self.lens.to_viewer(pixel[0], pixel[1]);
         let radius = self.radius * f64::from(params.radius_scale);
         let reach_px = self.lens.projected_px(radius, self.depth(pixel[0], pixel[1]));
         let bias = f64::from(params.angle_bias).to_radians();
         let mut horizons = [1.0, -1.0].map(|sign| (sign, slice.lowest(bias, sign)));
-        let mut lost = 0.0;
+        let mut lost = Light { light: 0.0, beam: DVec3::ZERO };
         for step in 0..params.steps {
             let share = (jitter + f64::from(step)) / f64::from(params.steps);
             let pixels = (share.powf(f64::from(params.distribution)) * reach_px).max(1.0 + f64::from(step));
@@ -120,7 +182,9 @@ impl Screen<'_> {
                 if distance <= radius && cosine > *horizon {
                     let weight = 1.0 - f64::from(params.attenuation) * (distance / radius).powi(2);
                     let light = [*horizon, cosine].map(|cosine| slice.light_above(cosine, *sign));
-                    lost += (light[0] - light[1]) * weight;
+                    let beam = [*horizon, cosine].map(|cosine| slice.beam_above(viewer, cosine, *sign));
+                    lost.light += (light[0] - light[1]) * weight;
+                    lost.beam += (beam[0] - beam[1]) * weight;
                     *horizon = cosine;
                 }
             }
@@ -164,10 +228,21 @@ mod tests {
             };
             (0..arcs).map(light).sum::<f64>()
         };
+        let beam = |end: f64, sign: f64| {
+            let width = end / 1e4;
+            let arc = |i| {
+                let t = (f64::from(i) + 0.5) * width;
+                let light = (t - sign * slice.normal_angle).cos() * t.sin() * width;
+                (DVec3::Z * t.cos() + slice.along * (sign * t.sin())) * light
+            };
+            (0..10_000).map(arc).sum::<DVec3>()
+        };
         for sign in [1.0, -1.0] {
             for end in [0.3, 1.0, FRAC_PI_2] {
                 let off = slice.light_above(end.cos(), sign) - sum(end, sign);
                 assert!(off.abs() < 1e-7, "{end} {sign}: {off}");
+                let off = slice.beam_above(DVec3::Z, end.cos(), sign) - beam(end, sign);
+                assert!(off.length() < 1e-7, "{end} {sign}: {off}");
             }
             // The tangent plane is the horizon of an open sky.
             let tangent = slice.lowest(0.0, sign);

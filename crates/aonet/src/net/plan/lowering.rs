@@ -5,7 +5,7 @@ use super::step::{ConvStep, HeadStep, Resample, Source, Step};
 use crate::frame::size::Size;
 use crate::net::config::{KernelWeights, SearchConfig};
 use crate::net::graph::{Activation, Graph, Op, SURVEYED, ValueId};
-use crate::search::ArcsParams;
+use crate::search::{ArcsParams, BENT_PLANES};
 
 /// What a node of the graph became: where its value is.
 #[derive(Debug, Clone)]
@@ -27,14 +27,18 @@ pub(super) struct Lowering<'a> {
     graph: &'a Graph,
     size: Size,
     padded: Size,
+    with_bent_normals: bool,
+    /// Visibility and bend of a search, if they are wanted.
+    pub(super) bent: Option<BufferId>,
     pub(super) buffers: Vec<Buffer>,
     pub(super) steps: Vec<Step>,
 }
 
 impl<'a> Lowering<'a> {
     /// Lowers a whole graph.
-    pub(super) fn new(graph: &'a Graph, size: Size, padded: Size) -> Self {
-        let mut lowering = Self { graph, size, padded, buffers: vec![], steps: vec![] };
+    pub(super) fn new(graph: &'a Graph, (size, padded): (Size, Size), with_bent_normals: bool) -> Self {
+        let (buffers, steps) = (vec![], vec![]);
+        let mut lowering = Self { graph, size, padded, with_bent_normals, bent: None, buffers, steps };
         let mut values = Vec::new();
         for id in 0..graph.nodes().len() {
             values.push(lowering.node(id, &values));
@@ -45,24 +49,47 @@ impl<'a> Lowering<'a> {
             Some(Lowered::Sources(sources)) => lowering.image(sources),
             Some(Lowered::Search(_) | Lowered::Features { .. } | Lowered::Image) | None => {}
         }
+        // The caller reads it after the last step.
+        if let Some(bent) = lowering.bent {
+            lowering.buffers[bent].live.last = lowering.steps.len();
+        }
         lowering
     }
 
     fn search(&mut self, search: SearchConfig) -> Lowered {
+        let found = match search {
+            SearchConfig::Agtao(_) if self.with_bent_normals => {
+                let found = self.filtered_search(search, BENT_PLANES);
+                self.bent = Some(found);
+                found
+            }
+            SearchConfig::Agtao(_) => self.filtered_search(search, search.planes()),
+            SearchConfig::Arcs(_) => {
+                if self.with_bent_normals {
+                    self.bent = Some(self.filtered_search(SearchConfig::tuned(), BENT_PLANES));
+                }
+                self.filtered_search(search, search.planes())
+            }
+        };
+        Lowered::Search(found)
+    }
+
+    /// A search that reports so many values for a pixel, and its filter.
+    fn filtered_search(&mut self, search: SearchConfig, planes: usize) -> BufferId {
         let surfels = match search {
             SearchConfig::Agtao(_) => None,
             SearchConfig::Arcs(_) => Some(self.surfels()),
         };
-        let mut found = self.image_buffer(search.planes());
+        let mut found = self.image_buffer(planes);
         surfels.into_iter().flatten().for_each(|surfels| self.read(surfels));
         self.steps.push(Step::Search { search, surfels, output: found });
         for _ in 0..search.filter().passes {
-            let output = self.image_buffer(search.planes());
+            let output = self.image_buffer(planes);
             self.read(found);
             self.steps.push(Step::Filter { search, input: found, output });
             found = output;
         }
-        Lowered::Search(found)
+        found
     }
 
     /// Packed normals of both layers.

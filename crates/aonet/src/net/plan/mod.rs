@@ -46,12 +46,34 @@ impl Plan {
     /// # Panics
     /// When the graph holds a combination that no topology of this crate builds.
     pub fn new(graph: &Graph, size: Size) -> Result<Self> {
+        Ok(Self::lowered(graph, size, false)?.0)
+    }
+
+    /// The same with a buffer that holds visibility and bend of a horizon search at the end: the network's own, or the tuned one beside
+    /// connected arcs.
+    ///
+    /// # Errors
+    /// As [`Plan::new`], and when the network has no search.
+    ///
+    /// # Panics
+    /// As [`Plan::new`].
+    pub fn with_bent_normals(graph: &Graph, size: Size) -> Result<(Self, BufferId)> {
+        let (plan, bent) = Self::lowered(graph, size, true)?;
+        let missing = || {
+            let expected = "a network with a search, such as fast, balanced or high";
+            Error::value("network with bent normals", expected, "one without a search")
+        };
+        Ok((plan, bent.ok_or_else(missing)?))
+    }
+
+    fn lowered(graph: &Graph, size: Size, with_bent_normals: bool) -> Result<(Self, Option<BufferId>)> {
         let step = graph.alignment();
         let padded = Size::new(size.width().next_multiple_of(step), size.height().next_multiple_of(step))?;
-        let Lowering { mut buffers, steps, .. } = Lowering::new(graph, size, padded);
+        let lowering = Lowering::new(graph, (size, padded), with_bent_normals);
+        let Lowering { mut buffers, steps, bent, .. } = lowering;
         let arena_len =
             place(&mut buffers).ok_or_else(|| Error::size("plan", "an image that fits in memory", size))?;
-        Ok(Self { size, padded, buffers, steps, arena_len })
+        Ok((Self { size, padded, buffers, steps, arena_len }, bent))
     }
 
     /// Columns and rows of the patches of the padded image; `patch` is their side (px).

@@ -6,11 +6,11 @@ use crate::search::AgtaoParams;
 use crate::search::gpu::pixels::Reach;
 use crate::search::gpu::slices;
 
-/// The shader of the search.
-pub(crate) fn shader(surface: Surface, params: &AgtaoParams) -> Shader {
+/// The shader of the search: it writes one plane, the visibility, or visibility and bend.
+pub(crate) fn shader(surface: Surface, params: &AgtaoParams, planes: usize) -> Shader {
     let (sin, cos) = params.angle_bias.to_radians().sin_cos();
     let AgtaoParams { slices, steps, radius_scale, power, .. } = *params;
-    slices::shader(surface, (slices, steps), Reach { radius_scale, power })
+    slices::with_horizons(surface, (slices, steps), Reach { radius_scale, power }, planes)
         .float("ATTENUATION", params.attenuation)
         .float("COS_BIAS", cos)
         .float("SIN_BIAS", sin)

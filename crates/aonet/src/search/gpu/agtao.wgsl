@@ -6,9 +6,9 @@ struct Horizon {
     /// Of the angle to the viewer.
     cosine: f32,
     /// Light between the viewer and it.
-    light: f32,
+    beam: Beam,
     /// Light that is lost below it.
-    lost: f32,
+    lost: Beam,
 }
 
 /// The horizon after a tap so many pixels along, or against, a slice.
@@ -23,17 +23,17 @@ fn rise(p: Pixel, s: Slice, pixels: f32, sign: f32, before: Horizon) -> Horizon 
         return before;
     }
     let weight = 1.0 - squared * (ATTENUATION / (radius * radius));
-    let light = light_above(s, cosine, sign);
-    return Horizon(cosine, light, before.lost + (before.light - light) * weight);
+    let beam = beam_above(s, cosine, sign);
+    return Horizon(cosine, beam, before.lost + (before.beam - beam) * weight);
 }
 
-/// Light that occluders on both sides of a slice take, and light when nothing does.
-fn gathered(p: Pixel, s: Slice, jitter: f32) -> vec2<f32> {
+/// Light that occluders on both sides of a slice take.
+fn lost_in(p: Pixel, s: Slice, jitter: f32) -> Beam {
     // The tangent's elevation above the viewer's plane has the sine -sign sin n and the cosine cos n.
     let across = s.sin_n * COS_BIAS;
     let up = max(s.cos_n, 0.0) * SIN_BIAS;
-    var right = Horizon(up - across, light_above(s, up - across, 1.0), 0.0);
-    var left = Horizon(up + across, light_above(s, up + across, -1.0), 0.0);
+    var right = Horizon(up - across, beam_above(s, up - across, 1.0), Beam());
+    var left = Horizon(up + across, beam_above(s, up + across, -1.0), Beam());
     for (var k = 0u; k < STEPS; k++) {
         let cubic = DISTANCES[k];
         let share = cubic.x + jitter * (cubic.y + jitter * (cubic.z + jitter * cubic.w));
@@ -41,9 +41,5 @@ fn gathered(p: Pixel, s: Slice, jitter: f32) -> vec2<f32> {
         right = rise(p, s, pixels, 1.0, right);
         left = rise(p, s, pixels, -1.0, left);
     }
-    return s.normal_length * vec2(right.lost + left.lost, open_light(s));
-}
-
-fn open_share(sums: vec2<f32>) -> f32 {
-    return 1.0 - sums.x / max(sums.y, 1e-6);
+    return right.lost + left.lost;
 }

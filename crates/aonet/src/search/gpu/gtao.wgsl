@@ -12,8 +12,8 @@ fn occluder(p: Pixel, s: Slice, pixels: f32, sign: f32, lowest: f32) -> f32 {
     return (at.x * inverseSqrt(squared) - lowest) * weight + lowest;
 }
 
-/// Light between the horizons of a slice, and light when nothing occludes.
-fn gathered(p: Pixel, s: Slice, jitter: f32) -> vec2<f32> {
+/// Light that the horizons on both sides of a slice take.
+fn lost_in(p: Pixel, s: Slice, jitter: f32) -> Beam {
     // The tangent plane at least.
     var right = -s.sin_n;
     var left = s.sin_n;
@@ -23,9 +23,5 @@ fn gathered(p: Pixel, s: Slice, jitter: f32) -> vec2<f32> {
         right = max(right, occluder(p, s, pixels, 1.0, -s.sin_n));
         left = max(left, occluder(p, s, pixels, -1.0, s.sin_n));
     }
-    return s.normal_length * vec2(light_above(s, right, 1.0) + light_above(s, left, -1.0), open_light(s));
-}
-
-fn open_share(sums: vec2<f32>) -> f32 {
-    return sums.x / max(sums.y, 1e-6);
+    return open_beam(s) - (beam_above(s, right, 1.0) + beam_above(s, left, -1.0));
 }

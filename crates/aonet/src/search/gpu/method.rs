@@ -1,16 +1,16 @@
 //! Classic methods as programs.
 
-use super::{agtao, arcs, denoise, gtao, hbao, pixels, shares, ssao, ssdo, surfels, vbao};
+use super::{agtao, arcs, bent, denoise, gtao, hbao, pixels, shares, ssao, ssdo, surfels, vbao};
 use crate::error::{Error, Result};
 use crate::frame::size::Size;
 use crate::gpu::image::{Image, Raw};
-use crate::gpu::options::{Precision, TextureEncoding};
+use crate::gpu::options::{BentEncoding, Precision, TextureEncoding};
 use crate::gpu::program::{Arithmetic, Binding, BufferId, Describe, Dispatches, Grid, Program, Template};
 use crate::gpu::shader::Shader;
 use crate::gpu::surface::Surface;
 use crate::search::gpu::hemisphere;
 use crate::search::gpu::pyramid::Pyramid;
-use crate::search::{ArcsParams, Classic, PLANES};
+use crate::search::{ArcsParams, BENT_PLANES, Classic, PLANES};
 
 /// A classic method that describes its programs. They compute in 32-bit floats. NNAO has no shaders.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -25,6 +25,8 @@ pub struct Method {
 enum Picture {
     Visibility,
     Shares,
+    /// Visibility, and bent normals in a picture of their own.
+    BentNormals(BentEncoding),
 }
 
 impl Picture {
@@ -33,6 +35,7 @@ impl Picture {
         match self {
             Self::Visibility => 1,
             Self::Shares => PLANES,
+            Self::BentNormals(_) => BENT_PLANES,
         }
     }
 }
@@ -53,6 +56,19 @@ impl Method {
     /// When a parameter is out of its range.
     pub fn shares(params: &ArcsParams, textures: TextureEncoding) -> Result<Self> {
         Self::drawing(Picture::Shares, &Classic::Arcs(*params), textures)
+    }
+
+    /// A method that draws bent normals as well.
+    ///
+    /// # Errors
+    /// As [`Method::new`], and when the method has none.
+    pub fn with_bent_normals(
+        method: &Classic,
+        textures: TextureEncoding,
+        encoding: BentEncoding,
+    ) -> Result<Self> {
+        method.check_bent_normals()?;
+        Self::drawing(Picture::BentNormals(encoding), method, textures)
     }
 
     fn drawing(picture: Picture, method: &Classic, textures: TextureEncoding) -> Result<Self> {
@@ -95,23 +111,27 @@ impl Method {
         self.push_search(buffers[0], &mut list)?;
         let filter = self.method.denoise();
         let passes = match self.picture {
-            Picture::Visibility => filter.passes as usize,
+            Picture::Visibility | Picture::BentNormals(_) => filter.passes as usize,
             Picture::Shares => 0,
         };
         for i in 0..passes {
             let way = [buffers[i % 2], buffers[(i + 1) % 2]];
-            denoise::push(denoise::shader(surface, filter, 1), way, &mut list);
+            denoise::push(denoise::shader(surface, filter, planes), way, &mut list);
         }
         let found = buffers[passes % 2];
         let image = match self.picture {
-            Picture::Visibility => {
+            Picture::Visibility | Picture::BentNormals(_) => {
                 Image { raw: Raw::Pixels(found), patch: 1, cells: Grid::FRAME, base: None }
                     .draw(surface, &mut list)
             }
             Picture::Shares => shares::draw(found, surface, &mut list),
         };
+        let bent = match self.picture {
+            Picture::BentNormals(encoding) => Some(bent::draw(found, encoding, surface, &mut list)),
+            Picture::Visibility | Picture::Shares => None,
+        };
         let (textures, arithmetic) = (surface.textures, Arithmetic::PLAIN);
-        Ok(Template { textures, arithmetic, dispatches: list, image, trusted: true })
+        Ok(Template { textures, arithmetic, dispatches: list, image, bent, trusted: true })
     }
 }
 
@@ -121,7 +141,7 @@ impl Describe for Method {
     }
 }
 
-/// The shader of a method's search, before its filter; only arcs write more than one plane.
+/// The shader of a method's search, before its filter; only arcs, and methods with bent normals, write more than one plane.
 ///
 /// # Errors
 /// When it has none.
@@ -130,9 +150,9 @@ fn shader(surface: Surface, method: &Classic, planes: usize) -> Result<Shader> {
         Classic::Ssao(params) => ssao::shader(surface, params),
         Classic::Hbao(params) => hbao::shader(surface, params),
         Classic::Ssdo(params) => ssdo::shader(surface, params),
-        Classic::Gtao(params) => gtao::shader(surface, params),
+        Classic::Gtao(params) => gtao::shader(surface, params, planes),
         Classic::Vbao(params) => vbao::shader(surface, params),
-        Classic::Agtao(params) => agtao::shader(surface, params),
+        Classic::Agtao(params) => agtao::shader(surface, params, planes),
         Classic::Arcs(params) => arcs::shader(surface, params, planes),
         Classic::Nnao(_) => {
             let expected = "ssao, hbao, ssdo, gtao, vbao, agtao or arcs";
@@ -167,15 +187,24 @@ mod tests {
                 let of = Surface { precision, textures };
                 for method in methods() {
                     validate(shader(of, &method, 1).unwrap().source(), &format!("{method:?}"));
+                    if method.has_bent_normals() {
+                        let bent = shader(of, &method, BENT_PLANES).unwrap();
+                        validate(bent.source(), &format!("bent normals, {method:?}"));
+                    }
                 }
                 if textures.layers == Layers::Two {
                     validate(surfels::shader(of).source(), "surfels");
                 }
                 validate(&covering(shares::shader(of).source()), "shares");
+                for encoding in [BentEncoding::Plain, BentEncoding::Unorm] {
+                    validate(&covering(bent::shader(of, encoding).source()), "bent normals");
+                }
                 validate(pyramid::shader(of, &GtaoParams::default()).source(), "pyramid");
-                for planes in [1, PLANES] {
+                for planes in [1, BENT_PLANES, PLANES] {
                     let filter = AgtaoParams::default().denoise();
                     validate(denoise::shader(of, filter, planes).source(), "denoise");
+                }
+                for planes in [1, PLANES] {
                     validate(arcs::shader(of, &ArcsParams::default(), planes).source(), "arcs");
                 }
             }

@@ -2,6 +2,7 @@
 
 pub(crate) mod agtao;
 pub(crate) mod arcs;
+pub(crate) mod bent;
 pub(crate) mod denoise;
 mod gtao;
 mod hbao;

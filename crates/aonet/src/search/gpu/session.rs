@@ -2,7 +2,7 @@
 
 use crate::error::Result;
 use crate::frame::size::Size;
-use crate::gpu::wgpu_30::options::Options;
+use crate::gpu::wgpu_30::options::{Options, Outputs, bent_encoding};
 use crate::gpu::wgpu_30::session::Session;
 use crate::search::gpu::method::Method;
 use crate::search::{ArcsParams, Classic};
@@ -20,6 +20,23 @@ impl Session<Method> {
         options: Options,
     ) -> Result<Self> {
         Self::of(on, Method::new(method, options.textures())?, size, options.output)
+    }
+
+    /// A session that writes bent normals as well, to a texture of the format `bent`: unit vectors in view space as they are in
+    /// `Rgba16Float` and `Rgba32Float`, as n/2 + 1/2 in `Rgba8Unorm`, `Bgra8Unorm` and `Rgb10a2Unorm`. Alpha is 1; the background is 0 in
+    /// all channels. Frames are bound with [`Session::bind_with_bent_normals`].
+    ///
+    /// # Errors
+    /// As [`Session::new`], when the method is neither GTAO nor attenuated GTAO, and when the format is another one.
+    pub fn with_bent_normals(
+        on: (&wgpu::Device, &wgpu::Queue),
+        method: &Classic,
+        size: Size,
+        options: Options,
+        bent: wgpu::TextureFormat,
+    ) -> Result<Self> {
+        let method = Method::with_bent_normals(method, options.textures(), bent_encoding(bent)?)?;
+        Self::of(on, method, size, Outputs { visibility: options.output, bent: Some(bent) })
     }
 
     /// A session that draws the shares of light that connected arcs find, as [`Method::shares`] describes. The format of the options

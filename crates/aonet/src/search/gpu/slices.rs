@@ -2,13 +2,26 @@
 
 use crate::gpu::shader::Shader;
 use crate::gpu::surface::Surface;
+use crate::search::bent::BENT_PLANES;
 use crate::search::cubic::Spacing;
 use crate::search::gpu::pixels::{self, Reach};
 use crate::search::slice::MOST_GRAZING;
 
 /// A shader without the method's own part: so many slices and taps on each side of them.
 pub(crate) fn shader(surface: Surface, cost: (u32, u32), reach: Reach) -> Shader {
-    with_slices(pixels::shader(surface, reach), cost).part(include_str!("slices.wgsl"))
+    with_slices(pixels::shader(surface, reach), cost)
+        .part(include_str!("slices.wgsl"))
+        .part(include_str!("gather.wgsl"))
+}
+
+/// The same for a method with horizons, which adds `lost_in`: it writes visibility, or visibility and bend.
+pub(crate) fn with_horizons(surface: Surface, cost: (u32, u32), reach: Reach, planes: usize) -> Shader {
+    match planes {
+        BENT_PLANES => with_slices(pixels::of_planes(surface, reach, planes), cost)
+            .part(include_str!("slices.wgsl"))
+            .part(include_str!("bent.wgsl")),
+        _ => shader(surface, cost, reach).part(include_str!("horizons.wgsl")),
+    }
 }
 
 /// A shader of pixels that looks along slices: so many of them, and so many taps on each side.

@@ -1,5 +1,4 @@
-// What the methods that look for occluders in slices share. A method adds `gathered`, what a slice gathers, and `open_share`,
-// the visibility by the sums of it. CPU twin: search/slice.rs.
+// What the methods that look for occluders in slices share. CPU twin: search/slice.rs.
 
 /// How many pixels away the taps of a step are that are to be at a share of the search's radius.
 fn tap_distance(p: Pixel, step: u32, share: f32) -> f32 {
@@ -16,14 +15,4 @@ fn project(p: Pixel, s: Slice, occluder: vec3<f32>) -> vec2<f32> {
     // Taps lie on pixels beside the slice: they are moved into it along the tangent plane.
     let t = occluder - p.position;
     return vec2(dot(t, s.towards), dot(t, s.along));
-}
-
-fn visibility_at(p: Pixel, noise: vec2<f32>) -> f32 {
-    var sums = vec2(0.0);
-    for (var i = 0u; i < SLICES; i++) {
-        let s = slice_at(p, (noise.x + f32(i)) / f32(SLICES));
-        // The golden ratio keeps the slices' taps apart.
-        sums += gathered(p, s, fract(noise.y + f32(i) * 0.618034));
-    }
-    return open_share(sums);
 }

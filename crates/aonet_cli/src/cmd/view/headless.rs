@@ -94,6 +94,7 @@ fn frame(args: &Args, stage: &Stage, view: &View) -> Result<FrameParams> {
         methods: stage.methods,
         split: stage.split,
         show: stage.show,
+        bent_normals: stage.bent_normals,
         separation: view.separation,
         samples: args.spp,
         ..FrameParams::new(view.camera()?, view.params()?)

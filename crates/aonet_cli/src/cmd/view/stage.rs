@@ -15,6 +15,7 @@ pub(super) struct Stage {
     pub(super) methods: [Method; 2],
     pub(super) split: f32,
     pub(super) show: Show,
+    pub(super) bent_normals: bool,
     pub(super) way: Option<CameraPath>,
 }
 
@@ -40,12 +41,13 @@ impl Stage {
         view.params()?;
         let view = args.surround.applied(view)?;
         let split = if second.is_some() { args.split } else { 1.0 };
-        Ok(Self { tracer, view, methods: [first, second.unwrap_or(first)], split, show, way })
+        let (methods, bent_normals) = ([first, second.unwrap_or(first)], args.bent_normals);
+        Ok(Self { tracer, view, methods, split, show, bent_normals, way })
     }
 
     /// The start of a window.
     pub(super) fn into_start(self) -> aonet_view::window::Start {
-        let Self { tracer, view, methods, split, show, way } = self;
-        aonet_view::window::Start { tracer, view, methods, split, show, way }
+        let Self { tracer, view, methods, split, show, bent_normals, way } = self;
+        aonet_view::window::Start { tracer, view, methods, split, show, bent_normals, way }
     }
 }
