@@ -103,7 +103,7 @@ fn write_fuzz_seeds() {
         let preset = aonet_lab::preset::Preset { method, command: "aonet tune".into(), frames: "8".into() };
         preset.save(&folder("preset").join(name.replace(":tuned", ".json"))).unwrap();
     }
-    for (name, config) in [("paper", ModelConfig::paper()), ("balanced", ModelConfig::correcting())] {
+    for (name, config) in [("paper", ModelConfig::paper()), ("balanced", ModelConfig::balanced())] {
         let path = folder("config").join(name).with_extension("json");
         std::fs::write(path, serde_json::to_vec(&config).unwrap()).unwrap();
     }

@@ -25,7 +25,7 @@ pub(crate) struct Args {
     #[arg(value_name = "MANIFEST")]
     dataset: PathBuf,
     /// Folder with the glTF files of its scenes.
-    #[arg(long, default_value = "")]
+    #[arg(long, default_value = ".")]
     scenes_dir: PathBuf,
     /// Frames to measure, evenly spread over the dataset [default: all].
     #[arg(long)]
