@@ -77,7 +77,7 @@ mod tests {
     use aonet::Size;
 
     fn bent() -> BentNormals {
-        let one = |i: usize| if i == 3 { [0.0; 3] } else { [0.6, -0.8, 0.0] };
+        let one = |i: usize| if i == 3 { [0.0; 3] } else { [0.48, -0.64, 0.6] };
         BentNormals::new(Size::px(4, 2), (0..8).map(one).collect()).unwrap()
     }
 
@@ -101,7 +101,7 @@ mod tests {
         let path = dir.path().join("bent.png");
         save_bent_normals(&path, &bent()).unwrap();
         let found = image::open(&path).unwrap().into_rgb8();
-        assert_eq!((found.get_pixel(0, 0).0, found.get_pixel(3, 0).0), ([204, 26, 128], [0; 3]));
+        assert_eq!((found.get_pixel(0, 0).0, found.get_pixel(3, 0).0), ([189, 46, 204], [0; 3]));
     }
 
     #[test]

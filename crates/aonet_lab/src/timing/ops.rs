@@ -315,7 +315,7 @@ mod tests {
     fn a_survey_is_counted_at_the_resolution_of_patches() {
         let (_, costs) = costs(ModelConfig::balanced(), Size::px(64, 64));
         let survey = costs.iter().find(|cost| cost.name == "survey").expect("a survey");
-        assert_eq!((survey.kind.as_str(), survey.outputs), ("arcs, 48 taps", 6));
+        assert_eq!((survey.kind.as_str(), survey.outputs), ("arcs, 64 taps", 6));
         assert_eq!((survey.width, survey.height), (16, 16));
         let whole = search_cost(&ModelConfig::balanced().survey.map(Classic::Arcs).unwrap()).unwrap().search;
         assert_eq!(survey.flop, whole * 256.0);
