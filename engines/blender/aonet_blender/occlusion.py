@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import functools
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
@@ -49,8 +50,10 @@ def visibility(scene: bpy.types.Scene, options: Options = Options()) -> np.ndarr
         frame = _frame(scene, options, margin, Path(folder))
     # The file's picture is guard band and all.
     crop = np.diag([(width + 2 * margin[0]) / width, (height + 2 * margin[1]) / height, 1.0, 1.0])
-    run = aonet.classic if options.method.split(":")[0] in aonet.methods() else aonet.infer
-    chosen = {"method": options.method} if run is aonet.classic else {"model": options.method}
+    if options.method.split(":")[0] in aonet.methods():
+        run = functools.partial(aonet.classic, options.method)
+    else:
+        run = functools.partial(aonet.infer, model=options.method)
     return run(
         frame.normal,
         frame.depth,
@@ -58,7 +61,6 @@ def visibility(scene: bpy.types.Scene, options: Options = Options()) -> np.ndarr
         projection=crop @ frame.projection,
         margin=margin,
         second=frame.second,
-        **chosen,
     )
 
 
