@@ -10,8 +10,9 @@ import { VIEW_FROM_WORLD, gbuffer, perspective } from './support/scene.mjs';
 const [WIDTH, HEIGHT, FOV_Y, RADIUS] = [128, 72, Math.PI / 3, 0.6];
 const [NEAR, FAR] = [0.1, 100];
 // Measured with 32-bit floats: at most 2.3e-6 on average and 3.5e-5 anywhere, of which the file of 16 bits has 7.6e-6. Where a search is at a
-// threshold, single pixels differ more.
-const [MEAN, MAX] = [2e-5, 1e-3];
+// threshold, single pixels differ more. The survey of `balanced` has one value for a patch, so that its neighbours differ, too: 1.5e-5 on
+// average, 21 pixels by up to 3.1e-3.
+const [MEAN, MOST, OTHERS] = [2e-5, 1e-3, 42];
 
 let device;
 const own = (name) => ({
@@ -36,10 +37,12 @@ after(() => {
   assert.deepEqual(errors, []);
 });
 
-function near(found, expected, mean = MEAN, max = MAX) {
+function near(found, expected, mean = MEAN, most = MOST) {
   const error = difference(found, expected);
-  assert.ok(error.mean <= mean && error.max <= max, `mean ${error.mean}, max ${error.max}`);
-  return `mean ${error.mean.toExponential(1)}, max ${error.max.toExponential(1)}`;
+  const others = found.filter((value, i) => !(Math.abs(value - expected[i]) <= most)).length;
+  const seen = `mean ${error.mean.toExponential(1)}, max ${error.max.toExponential(1)}, ${others} above ${most}`;
+  assert.ok(error.mean <= mean && error.max <= 10 * most && others <= OTHERS, seen);
+  return seen;
 }
 
 const expected = new Map();
