@@ -46,7 +46,7 @@ pub struct Finding {
     pub hit: f64,
     /// Mean of the exact shares.
     pub exact: f64,
-    /// Mean PSNR (dB) of the visibility that the shares explain: see [`explained`].
+    /// Mean PSNR (dB) of the visibility that the shares explain: that of the linear combination that fits each frame best.
     pub explained: f64,
     /// The same with the exact share of light that is hit in place of the search's.
     pub explained_by_exact: f64,
