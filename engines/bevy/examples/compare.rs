@@ -1,6 +1,7 @@
 //! One scene three times: without ambient occlusion, with Bevy's own, with aonet.
 //!
-//! Keys 1 to 5 choose the method, up and down the radius, left and right the intensity; space stops the turning.
+//! Keys 1 to 5 choose the method, up and down the radius, left and right the intensity; M adds a margin, L a second layer; space
+//! stops the turning.
 //! `--screenshot FILE.png` draws one picture without a window.
 
 use bevy::app::ScheduleRunnerPlugin;
@@ -204,6 +205,14 @@ fn keys(
             aonet.method = method;
             info!("method: {method:?}");
         }
+    }
+    if keys.just_pressed(KeyCode::KeyM) {
+        aonet.margin = 0.15 - aonet.margin;
+        info!("margin: {:.2}", aonet.margin);
+    }
+    if keys.just_pressed(KeyCode::KeyL) {
+        aonet.second_layer = !aonet.second_layer;
+        info!("second layer: {}", aonet.second_layer);
     }
     for (key, factor) in [(KeyCode::ArrowUp, 1.25), (KeyCode::ArrowDown, 0.8)] {
         if keys.just_pressed(key) {

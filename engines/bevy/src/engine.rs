@@ -3,7 +3,7 @@
 use crate::settings::AonetMethod;
 use aonet::Size;
 use aonet::gpu::{
-    BoundFrame, DepthEncoding, FrameNumbers, FrameViews, NormalEncoding, NormalSpace, Options, wgpu,
+    BoundFrame, DepthEncoding, FrameNumbers, FrameViews, Layers, NormalEncoding, NormalSpace, Options, wgpu,
 };
 use aonet::net::{Model, shipped};
 use aonet::search::Classic;
@@ -26,6 +26,8 @@ pub struct Key {
     pub size: UVec2,
     /// Format of its visibility.
     pub format: wgpu::TextureFormat,
+    /// Whether its frames have a second layer of depth.
+    pub is_deep: bool,
 }
 
 /// Sessions that cameras use, and the ones that could not be made.
@@ -60,6 +62,7 @@ impl Engine {
             normal_space: NormalSpace::World,
             depth: DepthEncoding::Reversed,
             output: key.format,
+            layers: if key.is_deep { Layers::Two } else { Layers::One },
             ..Options::default()
         };
         Ok(match key.method.network() {
@@ -146,7 +149,7 @@ impl Engines {
 
     /// A session of another size.
     fn relative(&self, key: Key) -> Option<Arc<Engine>> {
-        let same = |other: &Key| other.method == key.method && other.format == key.format;
+        let same = |other: &Key| Key { size: key.size, ..*other } == key;
         self.0.iter().filter(|(other, _)| same(other)).find_map(|(_, made)| made.as_ref()?.upgrade())
     }
 

@@ -16,17 +16,19 @@
 //! }
 //! ```
 
+mod behind;
 mod engine;
+mod followers;
 mod frame;
 mod passes;
 mod settings;
-mod surround;
 mod view;
 
+pub use followers::{AonetBehind, AonetSurround};
 pub use settings::{AonetAmbientOcclusion, AonetMethod};
-pub use surround::AonetSurround;
 pub use view::AonetVisibility;
 
+use bevy::asset::embedded_asset;
 use bevy::camera::CameraUpdateSystems;
 use bevy::core_pipeline::schedule::{Core3d, Core3dSystems};
 use bevy::pbr::prepare_mesh_view_bind_groups;
@@ -46,14 +48,16 @@ const STORAGE_TEXTURES: u32 = 5;
 
 impl Plugin for AonetPlugin {
     fn build(&self, app: &mut App) {
+        embedded_asset!(app, "behind.wesl");
         app.register_type::<AonetAmbientOcclusion>()
             .add_plugins(ExtractComponentPlugin::<AonetAmbientOcclusion>::default())
             .register_type::<AonetSurround>()
+            .register_type::<AonetBehind>()
             .add_systems(
                 PostUpdate,
                 (
                     settings::refuse_multisampling,
-                    (surround::forget, surround::surround)
+                    (followers::forget, followers::follow)
                         .before(CameraUpdateSystems)
                         .before(TransformSystems::Propagate),
                 ),
@@ -64,17 +68,36 @@ impl Plugin for AonetPlugin {
         let Some(render) = app.get_sub_app_mut(RenderApp) else {
             return warn!("aonet: expected a renderer, found none; cameras have no ambient occlusion");
         };
-        let found = render.world().resource::<RenderDevice>().limits().max_storage_textures_per_shader_stage;
+        let limits = render.world().resource::<RenderDevice>().limits();
+        let found = limits.max_storage_textures_per_shader_stage;
         if found < STORAGE_TEXTURES {
             return warn!(
                 "aonet: expected a device with {STORAGE_TEXTURES} storage textures for a shader, found {found}; \
                 cameras have no ambient occlusion"
             );
         }
+        let found = limits.max_bind_groups;
+        let pipelines = match found > behind::GROUP {
+            true => Some(behind::Pipelines::new(app.world().resource::<AssetServer>())),
+            false => {
+                let expected = behind::GROUP + 1;
+                warn!(
+                    "aonet: expected a device with {expected} bind groups, found {found}; there is no second layer"
+                );
+                None
+            }
+        };
+        let Some(render) = app.get_sub_app_mut(RenderApp) else { return };
+        if let Some(pipelines) = pipelines {
+            render.insert_resource(pipelines).add_systems(
+                Render,
+                behind::replace.after(RenderSystems::PrepareMeshes).before(RenderSystems::QueueMeshes),
+            );
+        }
         render
             .init_resource::<engine::Engines>()
             .init_resource::<passes::Passes>()
-            .add_systems(ExtractSchedule, surround::extract)
+            .add_systems(ExtractSchedule, followers::extract)
             .add_systems(
                 Render,
                 (
@@ -82,7 +105,10 @@ impl Plugin for AonetPlugin {
                         .chain()
                         .in_set(RenderSystems::PrepareBindGroups)
                         .before(prepare_mesh_view_bind_groups),
-                    view::silence.after(RenderSystems::PrepareBindGroups).before(RenderSystems::Render),
+                    (view::silence, behind::silence)
+                        .after(RenderSystems::PrepareBindGroups)
+                        .before(RenderSystems::Render),
+                    followers::jitter.in_set(RenderSystems::Queue),
                 ),
             )
             .add_systems(Core3d, view::occlude.after(Core3dSystems::Prepass).before(Core3dSystems::MainPass));

@@ -121,18 +121,7 @@ impl Passes {
     }
 
     fn group(&self, corner: UVec2, intensity: f32, from: [&wgpu::TextureView; 2]) -> wgpu::BindGroup {
-        let numbers = [corner.x, corner.y, intensity.to_bits(), 0];
-        let buffer = self.device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("aonet numbers"),
-            size: BYTES,
-            usage: wgpu::BufferUsages::UNIFORM,
-            mapped_at_creation: true,
-        });
-        if let Ok(mut mapped) = buffer.get_mapped_range_mut(..) {
-            let bytes: Vec<u8> = numbers.iter().flat_map(|number| number.to_le_bytes()).collect();
-            mapped.copy_from_slice(&bytes);
-        }
-        buffer.unmap();
+        let buffer = numbers_buffer(&self.device, &[corner.x, corner.y, intensity.to_bits(), 0]);
         let [first, second] = from.map(wgpu::BindingResource::TextureView);
         self.device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("aonet"),
@@ -159,6 +148,22 @@ impl Passes {
         pass.set_bind_group(0, &group, &[]);
         pass.draw(0..3, 0..1);
     }
+}
+
+/// A uniform buffer of some words.
+pub fn numbers_buffer(device: &wgpu::Device, words: &[u32]) -> wgpu::Buffer {
+    let bytes: Vec<u8> = words.iter().flat_map(|word| word.to_le_bytes()).collect();
+    let buffer = device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("aonet numbers"),
+        size: bytes.len() as u64,
+        usage: wgpu::BufferUsages::UNIFORM,
+        mapped_at_creation: true,
+    });
+    if let Ok(mut mapped) = buffer.get_mapped_range_mut(..) {
+        mapped.copy_from_slice(&bytes);
+    }
+    buffer.unmap();
+    buffer
 }
 
 /// Encodes open visibility everywhere.

@@ -29,6 +29,10 @@ pub struct AonetAmbientOcclusion {
     /// picture occludes, too; 0.15 is a good one. Above 0, a second camera ([`AonetSurround`](crate::AonetSurround)) draws depth
     /// and normals of the larger picture.
     pub margin: f32,
+    /// Whether surfaces behind the visible ones occlude, too. A second camera ([`AonetBehind`](crate::AonetBehind)) draws depth of the
+    /// nearest ones that lie at least a tenth of the radius behind. [`AonetMethod::reads_second_layer`] tells which methods look at it;
+    /// for the others, nothing more is drawn.
+    pub second_layer: bool,
 }
 
 /// What computes ambient occlusion, in the order of its time.
@@ -51,12 +55,27 @@ pub enum AonetMethod {
 impl AonetMethod {
     /// All of them.
     pub const ALL: [Self; 5] = [Self::Gtao, Self::Agtao, Self::Fast, Self::Balanced, Self::High];
+
+    /// Whether a second layer of depth changes what it finds.
+    pub fn reads_second_layer(self) -> bool {
+        match self {
+            Self::Gtao | Self::Agtao | Self::Fast => false,
+            Self::Balanced | Self::High => true,
+        }
+    }
 }
 
 impl Default for AonetAmbientOcclusion {
-    /// The middle network, 1 world unit, as dark as it is, no margin.
+    /// The middle network, 1 world unit, as dark as it is, no margin, one layer.
     fn default() -> Self {
-        Self { method: AonetMethod::default(), radius: 1.0, intensity: 1.0, margin: 0.0 }
+        Self { method: AonetMethod::default(), radius: 1.0, intensity: 1.0, margin: 0.0, second_layer: false }
+    }
+}
+
+impl AonetAmbientOcclusion {
+    /// Whether a second layer is asked for and looked at.
+    pub(crate) fn draws_second_layer(&self) -> bool {
+        self.second_layer && self.method.reads_second_layer()
     }
 }
 

@@ -1,15 +1,19 @@
-//! The guard band: a camera that draws nothing but prepasses of a larger picture.
+//! Child cameras with the pose of the camera that asked for them. They collect what it may show and draw no picture.
 
 use crate::settings::AonetAmbientOcclusion;
 use bevy::camera::visibility::RenderLayers;
-use bevy::camera::{CameraProjection, RenderTarget, SubCameraView};
-use bevy::core_pipeline::prepass::{DepthPrepass, NormalPrepass};
+use bevy::camera::{CameraProjection, MainPassResolutionOverride, RenderTarget, SubCameraView};
+use bevy::core_pipeline::prepass::{DeferredPrepass, DepthPrepass, NormalPrepass};
+use bevy::ecs::query::QueryData;
 use bevy::math::Vec3A;
 use bevy::prelude::*;
 use bevy::render::Extract;
+use bevy::render::camera::TemporalJitter;
 use bevy::render::sync_world::RenderEntity;
+use bevy::render::view::NoIndirectDrawing;
 
-/// Marks the camera that the plugin makes for a margin: a child of the camera that asked for it. It draws prepasses, no picture.
+/// Marks the camera that the plugin makes for a margin: a child of the camera that asked for it. It draws depth and normals of the
+/// larger picture.
 #[derive(Component, Reflect, Debug, Clone, Copy, PartialEq, Eq)]
 #[reflect(Component, Debug, Clone, PartialEq)]
 pub struct AonetSurround {
@@ -17,13 +21,29 @@ pub struct AonetSurround {
     pub of: Entity,
 }
 
-/// The camera's child, on the camera.
-#[derive(Component)]
-pub struct Surround(Entity);
+/// Marks the camera that the plugin makes for a second layer: a child of the camera that asked for it. It draws depth of what lies
+/// behind the visible surfaces.
+#[derive(Component, Reflect, Debug, Clone, Copy, PartialEq, Eq)]
+#[reflect(Component, Debug, Clone, PartialEq)]
+pub struct AonetBehind {
+    /// The camera that shows the picture.
+    pub of: Entity,
+}
 
-/// In the render world, on the surround: the camera that shows the picture.
+/// A camera's children, on the camera.
+#[derive(Component, Debug, Default, Clone, Copy, PartialEq)]
+pub struct Followers {
+    surround: Option<Entity>,
+    behind: Option<Entity>,
+}
+
+/// In the render world, on the camera of a margin: the camera that shows the picture.
 #[derive(Component)]
 pub struct Surrounds(pub Entity);
+
+/// In the render world, on the camera of a second layer: the camera that shows the picture.
+#[derive(Component)]
+pub struct Behind(pub Entity);
 
 /// A projection that sees more of the same plane.
 #[derive(Debug, Clone)]
@@ -72,76 +92,145 @@ fn buffer(picture: UVec2, margin: f32) -> UVec2 {
 /// The largest margin: three times the picture's width and height.
 pub const MOST: f32 = 1.0;
 
+/// Added to the order of a camera, for that of its second layer: before all that draw.
+const FIRST: isize = isize::MIN / 2;
+
 /// Whether a margin asks for a camera of its own.
 fn is_margin(margin: f32) -> bool {
     margin > 0.0 && margin <= MOST
 }
 
-type Shown = (
-    Entity,
-    &'static AonetAmbientOcclusion,
-    &'static Camera,
-    &'static Projection,
-    Option<&'static RenderLayers>,
-    Option<&'static Surround>,
-);
+/// What a camera sees, and how a follower sees it.
+#[derive(Clone)]
+struct Lens {
+    target: RenderTarget,
+    projection: Wide,
+    layers: RenderLayers,
+    is_deferred: bool,
+}
 
-/// Makes, updates and removes the cameras of margins.
-pub fn surround(mut commands: Commands, cameras: Query<Shown>) {
-    for (entity, settings, camera, projection, layers, surround) in &cameras {
-        let size = camera.physical_viewport_size().zip(camera.logical_viewport_size());
-        let size = size.filter(|_| camera.is_active && is_margin(settings.margin));
-        let Some((picture, logical)) = size.filter(|(picture, _)| picture.min_element() > 0) else {
-            if let Some(Surround(child)) = surround {
-                commands.entity(*child).try_despawn();
-                commands.entity(entity).remove::<Surround>();
-            }
-            continue;
-        };
-        let size = buffer(picture, settings.margin);
-        let wide = Wide {
-            projection: projection.clone(),
-            part: camera.sub_camera_view,
-            size: logical,
+#[derive(QueryData)]
+pub struct Followed {
+    entity: Entity,
+    settings: &'static AonetAmbientOcclusion,
+    camera: &'static Camera,
+    projection: &'static Projection,
+    layers: Option<&'static RenderLayers>,
+    is_deferred: Has<DeferredPrepass>,
+    followers: Option<&'static Followers>,
+}
+
+impl FollowedItem<'_, '_> {
+    /// The lens with the margin. None: nothing is drawn.
+    fn lens(&self) -> Option<Lens> {
+        let picture = self.camera.physical_viewport_size().filter(|size| size.min_element() > 0)?;
+        let margin = self.settings.margin;
+        let size = if is_margin(margin) { buffer(picture, margin) } else { picture };
+        let projection = Wide {
+            projection: self.projection.clone(),
+            part: self.camera.sub_camera_view,
+            size: self.camera.logical_viewport_size()?,
             share: picture.as_vec2() / size.as_vec2(),
         };
+        let layers = self.layers.cloned().unwrap_or_default();
         let lens =
-            (RenderTarget::None { size }, Projection::custom(wide), layers.cloned().unwrap_or_default());
-        // Before the camera that reads its prepass.
-        let order = camera.order.saturating_sub(1);
-        match surround {
-            Some(Surround(child)) => {
-                commands.entity(*child).try_insert(lens);
-                commands.entity(*child).entry::<Camera>().and_modify(move |mut camera| camera.order = order);
-            }
-            None => {
-                let prepasses =
-                    (Camera3d::default(), Camera { order, ..default() }, DepthPrepass, NormalPrepass);
-                let marks = (AonetSurround { of: entity }, ChildOf(entity), Msaa::Off);
-                let child = commands.spawn((prepasses, lens, marks)).id();
-                commands.entity(entity).insert(Surround(child));
-            }
+            Lens { target: RenderTarget::None { size }, projection, layers, is_deferred: self.is_deferred };
+        self.camera.is_active.then_some(lens)
+    }
+}
+
+/// Makes, updates and removes the followers of cameras.
+pub fn follow(mut commands: Commands, cameras: Query<Followed>) {
+    for camera in &cameras {
+        let (of, lens) = (camera.entity, camera.lens());
+        let before = camera.followers.copied().unwrap_or_default();
+        // The camera of a margin draws before the one that reads it. That of a second layer draws nothing in its turn.
+        let order = camera.camera.order;
+        let (of_margin_order, of_layer_order) = (order.saturating_sub(1), order.saturating_add(FIRST));
+        let of_margin = lens.clone().filter(|_| is_margin(camera.settings.margin));
+        let of_layer = lens.filter(|_| camera.settings.draws_second_layer());
+        let surround = (AonetSurround { of }, NormalPrepass);
+        // Bevy's indirect draws of a camera are empty after its turn.
+        let behind = (AonetBehind { of }, NoIndirectDrawing);
+        let followers = Followers {
+            surround: update(&mut commands, of, before.surround, (of_margin, of_margin_order), surround),
+            behind: update(&mut commands, of, before.behind, (of_layer, of_layer_order), behind),
+        };
+        if followers != before {
+            commands.entity(of).insert(followers);
         }
     }
 }
 
-/// Removes the margin's camera of a camera without ambient occlusion.
-pub fn forget(mut commands: Commands, cameras: Query<(Entity, &Surround), Without<AonetAmbientOcclusion>>) {
-    for (entity, Surround(child)) in &cameras {
-        commands.entity(*child).try_despawn();
-        commands.entity(entity).remove::<Surround>();
+/// A follower with the lens, or none.
+fn update(
+    commands: &mut Commands,
+    of: Entity,
+    before: Option<Entity>,
+    (lens, order): (Option<Lens>, isize),
+    marks: impl Bundle,
+) -> Option<Entity> {
+    let Some(Lens { target, projection, layers, is_deferred }) = lens else {
+        before.into_iter().for_each(|child| commands.entity(child).try_despawn());
+        return None;
+    };
+    let mut child = match before {
+        Some(child) => commands.entity(child),
+        None => {
+            let camera = (Camera3d::default(), DepthPrepass, Msaa::Off);
+            commands.spawn((camera, marks, ChildOf(of)))
+        }
+    };
+    child.try_insert((target, Projection::custom(projection), layers));
+    child.entry::<Camera>().and_modify(move |mut camera| camera.order = order);
+    // Bevy puts deferred materials into a prepass of their own, and every camera must have it.
+    match is_deferred {
+        true => child.try_insert(DeferredPrepass),
+        false => child.try_remove::<DeferredPrepass>(),
+    };
+    Some(child.id())
+}
+
+/// Removes the followers of a camera without ambient occlusion.
+pub fn forget(mut commands: Commands, cameras: Query<(Entity, &Followers), Without<AonetAmbientOcclusion>>) {
+    for (entity, Followers { surround, behind }) in &cameras {
+        [surround, behind].into_iter().flatten().for_each(|child| commands.entity(*child).try_despawn());
+        commands.entity(entity).remove::<Followers>();
     }
 }
 
-/// Tells the render world which camera a surround belongs to.
+/// Tells the render world which camera a follower belongs to.
 pub fn extract(
     mut commands: Commands,
     surrounds: Extract<Query<(RenderEntity, &AonetSurround)>>,
+    behinds: Extract<Query<(RenderEntity, &AonetBehind)>>,
     cameras: Extract<Query<RenderEntity>>,
 ) {
     for (entity, AonetSurround { of }) in &surrounds {
         if let Ok(of) = cameras.get(*of) {
             commands.entity(entity).insert(Surrounds(of));
+        }
+    }
+    for (entity, AonetBehind { of }) in &behinds {
+        if let Ok(of) = cameras.get(*of) {
+            commands.entity(entity).insert(Behind(of));
+        }
+    }
+}
+
+/// Gives a camera's jitter to the one of its second layer. The first layer of a margin has none.
+pub fn jitter(
+    mut commands: Commands,
+    behinds: Query<(Entity, &Behind)>,
+    cameras: Query<(&AonetAmbientOcclusion, Option<&TemporalJitter>, Option<&MainPassResolutionOverride>)>,
+) {
+    for (entity, Behind(of)) in &behinds {
+        let mut behind = commands.entity(entity);
+        behind.remove::<(TemporalJitter, MainPassResolutionOverride)>();
+        let Ok((settings, jitter, less)) = cameras.get(*of) else { continue };
+        if let Some(jitter) = jitter.filter(|_| !is_margin(settings.margin)) {
+            behind.insert(jitter.clone());
+            less.into_iter().for_each(|less| _ = behind.insert(MainPassResolutionOverride(less.0)));
         }
     }
 }

@@ -1,10 +1,11 @@
 //! What a camera with ambient occlusion has in the render world, and the systems that fill it.
 
+use crate::behind;
 use crate::engine::{Engine, Engines, Key};
+use crate::followers::{Behind, MOST, Surrounds};
 use crate::frame::numbers;
 use crate::passes::{DEPTH, NORMALS, Passes, Strengthen, encode_open};
 use crate::settings::AonetAmbientOcclusion;
-use crate::surround::{self, Surrounds};
 use aonet::gpu::{FrameViews, wgpu};
 use bevy::camera::MainPassResolutionOverride;
 use bevy::core_pipeline::prepass::ViewPrepassTextures;
@@ -19,7 +20,7 @@ use bevy::render::render_resource::{
 };
 use bevy::render::renderer::{RenderContext, RenderDevice, RenderQueue, ViewQuery};
 use bevy::render::texture::CachedTexture;
-use bevy::render::view::ExtractedView;
+use bevy::render::view::{ExtractedView, RetainedViewEntity};
 use std::sync::Arc;
 
 /// Visibility of a camera, in the render world: 1 is open, 0 is closed; of the viewport's size, the intensity applied. It is
@@ -36,6 +37,7 @@ pub struct ViewState {
     engine: Arc<Engine>,
     viewport: Option<Viewport>,
     stronger: Option<Stronger>,
+    second: Option<CachedTexture>,
 }
 
 /// On the view whose prepass a session reads: the view that shows the picture, itself or another.
@@ -130,7 +132,9 @@ impl ViewState {
             found: texture(device, "aonet found", (size, format), none),
             pass: passes.strengthen(format),
         });
-        (Self { key, engine, picture: size, viewport, stronger }, AonetVisibility(visibility))
+        let second =
+            key.is_deep.then(|| texture(device, "aonet second layer", (key.size, behind::FORMAT), none));
+        (Self { key, engine, picture: size, viewport, stronger, second }, AonetVisibility(visibility))
     }
 }
 
@@ -161,9 +165,9 @@ pub struct Prepared {
 /// Makes sessions and textures, and gives the texture to Bevy's materials.
 pub fn prepare(
     mut commands: Commands,
-    device: Res<RenderDevice>,
-    queue: Res<RenderQueue>,
+    (device, queue): (Res<RenderDevice>, Res<RenderQueue>),
     passes: Res<Passes>,
+    behind: Option<Res<behind::Pipelines>>,
     mut engines: ResMut<Engines>,
     mut views: Query<Prepared>,
     surrounds: Query<(Entity, &Surrounds, &ViewPrepassTextures)>,
@@ -181,7 +185,8 @@ pub fn prepare(
                 }
             }
             let (source, size) = wide.unwrap_or((view.entity, picture.size));
-            let key = Key { method: view.settings.method, size, format };
+            let is_deep = behind.is_some() && view.settings.draws_second_layer();
+            let key = Key { method: view.settings.method, size, format, is_deep };
             if let Some((state, visibility)) = view.state
                 && state.fits(key, &picture, intensity)
             {
@@ -245,18 +250,22 @@ const REPORTED: usize = 16;
 
 /// Encodes the passes of a camera after the prepass that they read.
 pub fn occlude(
+    world: &World,
     source: ViewQuery<Source>,
     shown: Query<Shown>,
+    behinds: Query<(Entity, &ExtractedView, &Behind)>,
     passes: Res<Passes>,
     mut ctx: RenderContext,
     mut reported: Local<HashSet<String>>,
 ) {
     let source = source.into_inner();
     let Ok(shown) = shown.get(source.serves.0) else { return };
+    let behind = behinds.iter().find(|(_, _, of)| of.0 == source.serves.0);
+    let behind = behind.map(|(entity, view, _)| (entity, view.retained_view_entity));
     let recorder = ctx.diagnostic_recorder();
     let recorder = recorder.as_deref();
     let span = recorder.time_span(ctx.command_encoder(), "aonet");
-    let encoded = encode(&source, &shown, &passes, ctx.command_encoder());
+    let encoded = encode(&source, &shown, (world, behind), &passes, &mut ctx);
     span.end(ctx.command_encoder());
     if let Err(error) = encoded {
         let text = error.to_string();
@@ -271,8 +280,9 @@ pub fn occlude(
 fn encode(
     source: &SourceItem<'_, '_>,
     shown: &ShownItem<'_, '_>,
+    (world, behind): (&World, Option<(Entity, RetainedViewEntity)>),
     passes: &Passes,
-    encoder: &mut wgpu::CommandEncoder,
+    ctx: &mut RenderContext,
 ) -> aonet::Result<()> {
     let missing = |what: &str| aonet::Error::value(what, "one that the prepass wrote", "none");
     let normal = source.prepass.normal_view().ok_or_else(|| missing("normal texture"))?;
@@ -282,7 +292,7 @@ fn encode(
     if !(intensity >= 0.0 && intensity.is_finite()) {
         return Err(aonet::Error::value("intensity", "a finite number >= 0", intensity));
     }
-    if !(0.0..=surround::MOST).contains(&margin) {
+    if !(0.0..=MOST).contains(&margin) {
         return Err(aonet::Error::value("margin", "a share of the picture from 0 to 1", margin));
     }
     let mut clip_from_view = source.view.clip_from_view;
@@ -292,18 +302,24 @@ fn encode(
     let world_from_view = source.view.world_from_view.affine();
     let frame = numbers(clip_from_view, world_from_view, part.size, radius)?;
 
-    let ViewState { engine, viewport, stronger, .. } = shown.state;
+    let ViewState { engine, viewport, stronger, second, .. } = shown.state;
     let (mut normal, mut depth): (&wgpu::TextureView, &wgpu::TextureView) = (normal, depth);
     if let Some(viewport) = viewport {
         let own = [&*viewport.normal.default_view, &*viewport.depth.default_view];
-        passes.encode_crop(encoder, part.corner, [normal, depth], own);
+        passes.encode_crop(ctx.command_encoder(), part.corner, [normal, depth], own);
         [normal, depth] = own;
+    }
+    let second = second.as_ref().map(|second| &second.default_view);
+    if let Some(second) = second {
+        let first = behind::First { depth, clip_from_view, radius };
+        behind::encode(ctx, world, behind, &first, second)?;
     }
     let picture = &shown.visibility.0.default_view;
     let visibility = stronger.as_ref().map_or(picture, |stronger| &stronger.found.default_view);
-    engine.encode(encoder, FrameViews { normal, depth, second: None, visibility }, &frame)?;
+    let views = FrameViews { normal, depth, second: second.map(|second| &**second), visibility };
+    engine.encode(ctx.command_encoder(), views, &frame)?;
     if let Some(Stronger { found, pass }) = stronger {
-        passes.encode_strengthen(encoder, pass, intensity, &found.default_view, picture);
+        passes.encode_strengthen(ctx.command_encoder(), pass, intensity, &found.default_view, picture);
     }
     Ok(())
 }

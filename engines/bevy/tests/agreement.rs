@@ -4,15 +4,40 @@ mod common;
 
 use bevy::camera::{ScalingMode, SubCameraView, Viewport};
 use bevy::core_pipeline::prepass::DeferredPrepass;
+use bevy::material::OpaqueRendererMethod;
 use bevy::prelude::*;
 use bevy::render::camera::TemporalJitter;
-use bevy_aonet::{AonetAmbientOcclusion, AonetMethod, AonetSurround};
+use bevy_aonet::{AonetAmbientOcclusion, AonetBehind, AonetMethod, AonetSurround};
 use common::*;
 
 const SIZE: UVec2 = UVec2::new(160, 90);
+/// A method that reads the second layer.
+const DEEP: AonetMethod = AonetMethod::Balanced;
 
 fn ao(method: AonetMethod) -> AonetAmbientOcclusion {
     AonetAmbientOcclusion { method, radius: 1.0, ..default() }
+}
+
+/// What an orthographic camera sees.
+fn parallel() -> Projection {
+    Projection::Orthographic(OrthographicProjection {
+        scaling_mode: ScalingMode::FixedVertical { viewport_height: 5.0 },
+        near: 0.0,
+        far: 30.0,
+        ..OrthographicProjection::default_3d()
+    })
+}
+
+/// The same camera for the crate.
+fn parallel_lens() -> aonet::Camera {
+    let camera = aonet::Camera::orthographic(5.0, lens(SIZE).size()).unwrap();
+    camera.looking_at(EYE, TARGET, [0.0, 1.0, 0.0]).unwrap()
+}
+
+/// The exact frame of a camera with a margin (share of the picture) and a second layer for a radius (world units).
+fn deep(lens: aonet::Camera, margin: f32, radius: f32) -> aonet::GBuffer<'static> {
+    let margin = aonet::Margin::share(lens.size(), margin);
+    boxes::deep_frame(lens.with_margin(margin).unwrap(), 0.1 * radius, &[]).with_margin(margin).unwrap()
 }
 
 #[test]
@@ -38,16 +63,8 @@ fn every_kind_of_camera_agrees() {
     let expected = |lens| expected(method, lens, 1.0);
     let lens = lens(SIZE);
 
-    let parallel = Projection::Orthographic(OrthographicProjection {
-        scaling_mode: ScalingMode::FixedVertical { viewport_height: 5.0 },
-        near: 0.0,
-        far: 30.0,
-        ..OrthographicProjection::default_3d()
-    });
-    let camera = bevy.camera(&target, (ao(method), pose(), parallel));
-    let of_parallel =
-        aonet::Camera::orthographic(5.0, lens.size()).unwrap().looking_at(EYE, TARGET, [0.0, 1.0, 0.0]);
-    assert_agrees("orthographic", &bevy.frames(5).visibility[&camera].1, &expected(of_parallel.unwrap()));
+    let camera = bevy.camera(&target, (ao(method), pose(), parallel()));
+    assert_agrees("orthographic", &bevy.frames(5).visibility[&camera].1, &expected(parallel_lens()));
     bevy.app.world_mut().despawn(camera);
 
     // The right lower part of a picture of twice the size: the axis is at its corner.
@@ -76,6 +93,13 @@ fn every_kind_of_camera_agrees() {
     bevy.app.insert_resource(bevy::pbr::DefaultOpaqueRendererMethod::deferred());
     let camera = bevy.camera(&target, (ao(method), pose(), projection(), DeferredPrepass));
     assert_agrees("deferred", &bevy.frames(5).visibility[&camera].1, &expected(lens));
+    for (method, margin) in [(AonetMethod::Agtao, 0.15), (DEEP, 0.0), (DEEP, 0.15)] {
+        let settings = AonetAmbientOcclusion { method, margin, second_layer: true, ..ao(method) };
+        bevy.app.world_mut().entity_mut(camera).insert(settings);
+        let expected = expected_in(method, &deep(lens, margin, 1.0), 1.0);
+        let what = format!("deferred, {method:?}, margin {margin}");
+        assert_agrees(&what, &bevy.frames(5).visibility[&camera].1, &expected);
+    }
 }
 
 #[test]
@@ -165,5 +189,90 @@ fn cameras_with_guard_bands_share_a_target() {
         let wide = boxes::frame(lens.with_margin(margin).unwrap()).with_margin(margin).unwrap();
         let found = &seen.visibility[&camera].1;
         assert_agrees(&format!("from {eye:?}"), found, &expected_in(AonetMethod::Agtao, &wide, 2.0));
+    }
+}
+
+#[test]
+fn second_layers_agree() {
+    let mut bevy = Running::new();
+    let target = bevy.target(SIZE);
+    let camera = bevy.camera(&target, (ao(DEEP), pose(), projection()));
+    for method in AonetMethod::ALL {
+        for (kind, lens, projection) in
+            [("perspective", lens(SIZE), projection()), ("orthographic", parallel_lens(), parallel())]
+        {
+            for margin in [0.0, 0.15] {
+                let settings = AonetAmbientOcclusion { margin, second_layer: true, ..ao(method) };
+                bevy.app.world_mut().entity_mut(camera).insert((settings, projection.clone()));
+                let seen = bevy.frames(6);
+                let found = &seen.visibility[&camera].1;
+                assert!(seen.stock.is_empty());
+                let frame = deep(lens, margin, 1.0);
+                let expected = expected_in(method, &frame, 1.0);
+                assert_agrees(&format!("{method:?}, {kind}, margin {margin}"), found, &expected);
+                let without = difference(&expected, &expected_in(method, &frame.without_second(), 1.0)).0;
+                println!("    without the layer: {without:.5}");
+                assert_eq!(without > 4e-3, method.reads_second_layer(), "{method:?}: {without}");
+                // What asks for nothing costs nothing.
+                drop(seen);
+                let world = bevy.app.world_mut();
+                let cameras = world.query::<&AonetBehind>().iter(world).count();
+                assert_eq!(cameras, usize::from(method.reads_second_layer()));
+            }
+        }
+    }
+    bevy.app.world_mut().entity_mut(camera).insert((ao(DEEP), projection()));
+    let found = bevy.frames(4).visibility[&camera].1.clone();
+    assert_agrees("one layer again", &found, &expected(DEEP, lens(SIZE), 1.0));
+}
+
+#[test]
+fn second_layers_of_viewports_and_jitter_agree() {
+    let mut bevy = Running::new();
+    let target = bevy.target(UVec2::new(160, 120));
+    let half = UVec2::new(80, 120);
+    let settings = AonetAmbientOcclusion { second_layer: true, ..ao(DEEP) };
+    let viewport = Viewport { physical_position: UVec2::new(80, 0), physical_size: half, ..default() };
+    let part = Camera { viewport: Some(viewport), ..default() };
+    let camera = bevy.camera(&target, (settings, pose(), projection(), part));
+    let found = bevy.frames(6).visibility[&camera].1.clone();
+    assert_agrees("viewport", &found, &expected_in(DEEP, &deep(lens(half), 0.0, 1.0), 1.0));
+
+    let offset = Vec2::new(0.45, -0.4);
+    bevy.app.world_mut().entity_mut(camera).insert(TemporalJitter { offset });
+    let [x, y] = lens(half).centre_px();
+    let jittered = |sign: f32| lens(half).with_centre_px([x - sign * offset.x, y - sign * offset.y]).unwrap();
+    let found = bevy.frames(6).visibility[&camera].1.clone();
+    let [with, against] = [1.0, -1.0]
+        .map(|sign| difference(&found, &expected_in(DEEP, &deep(jittered(sign), 0.0, 1.0), 1.0)).0);
+    println!("jitter: mean differences {with:.5} and {against:.5}");
+    assert!(with.min(against) < 2e-3, "{with} and {against}");
+}
+
+#[test]
+fn second_layers_leave_out_what_alpha_masks_cut() {
+    let mut bevy = Running::new();
+    let target = bevy.target(SIZE);
+    let settings = AonetAmbientOcclusion { second_layer: true, ..ao(DEEP) };
+    let camera = bevy.camera(&target, (settings, pose(), projection()));
+    // Thinner than the distance of the layers; it hides a box.
+    let board = ([-0.6, 0.6, 0.2], [0.6, 0.6, 0.01]);
+    let hidden = ([-0.9, 0.3, -0.3], [0.5, 0.3, 0.2]);
+    bevy.add_box(board, StandardMaterial::default());
+    let expected = |more: &[_]| expected_in(DEEP, &boxes::deep_frame(lens(SIZE), 0.1, more), 1.0);
+    let (without, with) = (expected(&[board]), expected(&[board, hidden]));
+    let (_, far) = difference(&without, &with);
+    assert!(far > 0.012, "the box changes {far} of the pixels");
+    let alpha_mode = AlphaMode::Mask(0.5);
+    for opaque_render_method in [OpaqueRendererMethod::Forward, OpaqueRendererMethod::Deferred] {
+        for (what, alpha, expected) in [("cut", 0.0, &without), ("whole", 1.0, &with)] {
+            let base_color = Color::srgba(0.8, 0.8, 0.8, alpha);
+            let material = StandardMaterial { base_color, alpha_mode, opaque_render_method, ..default() };
+            let entity = bevy.add_box(hidden, material);
+            let what = format!("{what}, {opaque_render_method:?}");
+            assert_agrees(&what, &bevy.frames(6).visibility[&camera].1, expected);
+            bevy.app.world_mut().despawn(entity);
+        }
+        bevy.app.world_mut().entity_mut(camera).insert(DeferredPrepass);
     }
 }

@@ -10,8 +10,13 @@ use bevy_aonet::{AonetAmbientOcclusion, AonetMethod};
 use common::*;
 
 const SIZE: UVec2 = UVec2::new(128, 72);
-const AO: AonetAmbientOcclusion =
-    AonetAmbientOcclusion { method: AonetMethod::Agtao, radius: 1.0, intensity: 1.0, margin: 0.0 };
+const AO: AonetAmbientOcclusion = AonetAmbientOcclusion {
+    method: AonetMethod::Agtao,
+    radius: 1.0,
+    intensity: 1.0,
+    margin: 0.0,
+    second_layer: false,
+};
 
 #[test]
 fn materials_see_the_visibility() {
@@ -66,13 +71,17 @@ fn settings_and_sizes_change() {
     assert_agrees("resized", &seen.visibility[&camera].1, &expected(AO.method, lens(larger), AO.radius));
     drop(seen);
 
-    // GPU times; Bevy's own pass has none.
-    let store = bevy.app.world().resource::<DiagnosticsStore>();
-    let has = |name: &str| {
+    // GPU times; Bevy's own pass has none, nor has a layer that nobody asked for.
+    let has = |bevy: &Running, name: &str| {
+        let store = bevy.app.world().resource::<DiagnosticsStore>();
         let times = |unit| DiagnosticPath::new(format!("render/{name}/elapsed_{unit}"));
         ["cpu", "gpu"].iter().any(|unit| store.get_measurement(&times(unit)).is_some())
     };
-    assert!(has("aonet") && !has("ssao"));
+    assert!(has(&bevy, "aonet") && !has(&bevy, "ssao") && !has(&bevy, "aonet/second_layer"));
+    let deep = AonetAmbientOcclusion { method: AonetMethod::Balanced, second_layer: true, ..AO };
+    bevy.app.world_mut().entity_mut(camera).insert(deep);
+    drop(bevy.frames(4));
+    assert!(has(&bevy, "aonet/second_layer"));
 
     // A camera that rests holds nothing.
     bevy.app.world_mut().get_mut::<Camera>(camera).unwrap().is_active = false;

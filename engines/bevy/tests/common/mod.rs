@@ -73,8 +73,17 @@ impl Running {
         }
         app.finish();
         app.cleanup();
-        spawn_boxes(app.world_mut());
-        Self { app, probe }
+        let mut running = Self { app, probe };
+        let material = StandardMaterial {
+            base_color: Color::srgb(0.8, 0.8, 0.8),
+            perceptual_roughness: 1.0,
+            reflectance: 0.0,
+            ..default()
+        };
+        for extents in boxes::BOXES {
+            running.add_box(extents, material.clone());
+        }
+        running
     }
 
     /// An image to draw on.
@@ -90,26 +99,21 @@ impl Running {
         self.app.world_mut().spawn((Camera3d::default(), target, bundle)).id()
     }
 
+    /// A box more: centre and half of the sides (world units).
+    pub fn add_box(&mut self, (centre, half): boxes::Extents, material: StandardMaterial) -> Entity {
+        let world = self.app.world_mut();
+        let material = world.resource_mut::<Assets<StandardMaterial>>().add(material);
+        let mesh = world.resource_mut::<Assets<Mesh>>().add(Cuboid { half_size: Vec3::from(half) });
+        let at = Transform::from_translation(Vec3::from(centre));
+        world.spawn((Mesh3d(mesh), MeshMaterial3d(material), at)).id()
+    }
+
     /// Draws some frames and returns what the last one left.
     pub fn frames(&mut self, count: usize) -> std::sync::MutexGuard<'_, Seen> {
         for _ in 0..count {
             self.app.update();
         }
         self.probe.0.lock().unwrap()
-    }
-}
-
-fn spawn_boxes(world: &mut World) {
-    let material = world.resource_mut::<Assets<StandardMaterial>>().add(StandardMaterial {
-        base_color: Color::srgb(0.8, 0.8, 0.8),
-        perceptual_roughness: 1.0,
-        reflectance: 0.0,
-        ..default()
-    });
-    for (centre, half) in boxes::BOXES {
-        let mesh = world.resource_mut::<Assets<Mesh>>().add(Cuboid { half_size: Vec3::from(half) });
-        let at = Transform::from_translation(Vec3::from(centre));
-        world.spawn((Mesh3d(mesh), MeshMaterial3d(material.clone()), at));
     }
 }
 
