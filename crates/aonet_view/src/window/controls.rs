@@ -60,7 +60,7 @@ fn methods(ui: &mut Ui, viewer: &mut Viewer) {
         });
     }
     ui.add(Slider::new(&mut viewer.split, 0.0..=1.0).text("slider"));
-    ui.horizontal(|ui| {
+    ui.horizontal_wrapped(|ui| {
         for show in Show::ALL {
             ui.selectable_value(&mut viewer.show, show, show.name());
         }
