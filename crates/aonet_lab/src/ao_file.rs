@@ -2,7 +2,7 @@
 //!
 //! Values are linear visibility in [0, 1]: a PNG holds `round(65535 v)` as 16-bit grey, with no gamma.
 
-use crate::exr_file::{ExrFile, Plane, encode};
+use crate::exr_file::{ExrFile, Plane, encode_images};
 use crate::frame::channels;
 use crate::picture;
 use aonet::search::{Share, Shares};
@@ -26,7 +26,7 @@ pub fn save_ao(path: &Path, image: &AoImage) -> Result<()> {
     let bytes = match extension(path).as_str() {
         "exr" => {
             let plane = Plane { name: "ao", samples: FlatSamples::F32(image.visibility().to_vec()) };
-            encode(size.into(), vec![plane], None, None).map_err(Error::in_file(path))?
+            encode_images(size, vec![plane]).map_err(Error::in_file(path))?
         }
         "png" => {
             let grey =
@@ -55,7 +55,7 @@ pub fn save_shares(path: &Path, shares: &Shares) -> Result<()> {
                 samples: FlatSamples::F32(shares.plane(share).to_vec()),
             };
             let planes = Share::ALL.map(plane).into();
-            let bytes = encode(shares.size().into(), planes, None, None).map_err(Error::in_file(path))?;
+            let bytes = encode_images(shares.size(), planes).map_err(Error::in_file(path))?;
             atomic_file::write(path, &bytes)
         }
         "png" => picture::save_png(&picture::shares(shares), path),
@@ -139,7 +139,7 @@ mod tests {
     fn a_pass_called_ao_is_found_and_a_normal_is_not_taken_for_it() {
         let file = |name| {
             let plane = Plane { name, samples: FlatSamples::F32(ramp().visibility().to_vec()) };
-            encode(Size::px(7, 3).into(), vec![plane], None, None).unwrap()
+            encode_images(Size::px(7, 3), vec![plane]).unwrap()
         };
         for name in ["ao", "Y", "R", "AO.R", "ViewLayer.AO.R", "ViewLayer.Ambient Occlusion.R", "scene.ao"] {
             assert_eq!(from_exr(&file(name)).unwrap(), ramp(), "{name}");

@@ -3,7 +3,7 @@
 //! The channels are `bent_normal.X`, `bent_normal.Y` and `bent_normal.Z`: unit vectors in view space, zero on the background. A PNG
 //! holds n/2 + 1/2 in 8 bits; its background is black.
 
-use crate::exr_file::{ExrFile, Plane, encode};
+use crate::exr_file::{ExrFile, Plane, encode_images};
 use crate::frame::channels;
 use crate::picture;
 use aonet::{AoImage, BentNormals};
@@ -22,7 +22,7 @@ pub const CHANNELS: [&str; 3] = ["bent_normal.X", "bent_normal.Y", "bent_normal.
 pub fn save_bent_normals(path: &Path, bent: &BentNormals) -> Result<()> {
     match path.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase().as_str() {
         "exr" => {
-            let bytes = encode(bent.size().into(), planes(bent).into(), None, None);
+            let bytes = encode_images(bent.size(), planes(bent).into());
             atomic_file::write(path, &bytes.map_err(Error::in_file(path))?)
         }
         "png" => picture::save_png(&picture::bent_normals(bent), path),
@@ -38,7 +38,7 @@ pub fn save_ao_with_bent_normals(path: &Path, image: &AoImage, bent: &BentNormal
     image.size().expect("bent normals of an AO image", bent.size())?;
     let ao = Plane { name: "ao", samples: FlatSamples::F32(image.visibility().to_vec()) };
     let all = planes(bent).into_iter().chain([ao]).collect();
-    let bytes = encode(image.size().into(), all, None, None).map_err(Error::in_file(path))?;
+    let bytes = encode_images(image.size(), all).map_err(Error::in_file(path))?;
     atomic_file::write(path, &bytes)
 }
 

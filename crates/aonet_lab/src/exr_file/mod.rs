@@ -7,7 +7,7 @@ mod read;
 mod write;
 
 pub(crate) use read::{Channel, ExrFile};
-pub(crate) use write::{Plane, encode};
+pub(crate) use write::{Plane, encode_frame, encode_images};
 
 fn format_error(expected: impl ToString, found: impl ToString) -> aonet::Error {
     aonet::Error::format("OpenEXR", expected, found)

@@ -212,7 +212,7 @@ impl Frame {
         }
         planes.extend(further);
         let camera = camera::attribute(self)?;
-        exr_file::encode(window, planes, Some(camera), self.radius.map(|r| (camera::RADIUS, r)))
+        exr_file::encode_frame(window, planes, camera, self.radius.map(|r| (camera::RADIUS, r)))
     }
 }
 

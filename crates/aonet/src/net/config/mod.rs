@@ -35,8 +35,7 @@ impl KernelWeights {
     }
 }
 
-/// How the image follows from the network's output. An output of several values a pixel, such as a bent normal, would be
-/// another variant.
+/// How the image follows from the network's output.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Output {

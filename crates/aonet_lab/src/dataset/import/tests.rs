@@ -3,7 +3,7 @@
 use super::super::fixtures::stack;
 use super::super::{Split, Work};
 use super::*;
-use crate::exr_file::{Plane, encode};
+use crate::exr_file::{Plane, encode_images};
 use crate::frame::{Frame, FrameHints};
 use aonet::{AoImage, Size};
 use aonet_scene::reference::{Sampling, reference_ao};
@@ -91,7 +91,7 @@ impl Desk {
     fn write(&self, name: &str, planes: Vec<Plane>) {
         let path = self.dir.path().join(name);
         std::fs::create_dir_all(path.parent().unwrap()).unwrap();
-        std::fs::write(path, encode(SIZE.into(), planes, None, None).unwrap()).unwrap();
+        std::fs::write(path, encode_images(SIZE, planes).unwrap()).unwrap();
     }
 
     fn out(&self) -> PathBuf {
@@ -337,9 +337,9 @@ fn imported_frames_are_not_made_again() {
 fn bad_images_are_named_with_what_is_wrong() {
     let size = |name: &str, size: Size| {
         let planes = vec![floats("Y", (0..size.pixels()).map(|_| 0.5))];
-        (name.to_owned(), encode(size.into(), planes, None, None).unwrap())
+        (name.to_owned(), encode_images(size, planes).unwrap())
     };
-    let file = |name: &str, planes| (name.to_owned(), encode(SIZE.into(), planes, None, None).unwrap());
+    let file = |name: &str, planes| (name.to_owned(), encode_images(SIZE, planes).unwrap());
     let cut = |name: &str, planes| {
         let (name, mut bytes) = file(name, planes);
         bytes.truncate(bytes.len() / 2);
