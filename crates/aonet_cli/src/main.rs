@@ -15,6 +15,7 @@ mod cmd {
     pub(crate) mod dataset;
     pub(crate) mod demo;
     pub(crate) mod eval;
+    pub(crate) mod exact_shares;
     pub(crate) mod export;
     pub(crate) mod flicker;
     pub(crate) mod gallery;
@@ -61,6 +62,7 @@ enum Command {
     Eval(cmd::eval::Args),
     Flicker(cmd::flicker::Args),
     Ladder(cmd::ladder::Args),
+    ExactShares(cmd::exact_shares::Args),
     Bent(cmd::bent::Args),
     Export(cmd::export::Args),
     Info(cmd::info::Args),
@@ -136,6 +138,7 @@ fn run(command: Command) -> anyhow::Result<Outcome> {
         Command::Eval(args) => cmd::eval::run(&args)?,
         Command::Flicker(args) => cmd::flicker::run(&args)?,
         Command::Ladder(args) => cmd::ladder::run(&args)?,
+        Command::ExactShares(args) => cmd::exact_shares::run(&args)?,
         Command::Bent(args) => cmd::bent::run(&args)?,
         Command::Export(args) => cmd::export::run(&args)?,
         Command::Info(args) => cmd::info::run(&args)?,

@@ -8,6 +8,7 @@ pub mod bent_file;
 pub mod calibrate;
 pub mod dataset;
 pub mod eval;
+pub mod exact;
 mod exr_file;
 pub mod flicker;
 pub mod frame;

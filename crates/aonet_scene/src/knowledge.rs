@@ -54,17 +54,8 @@ pub fn knowledge(
     }
     let view = view.clone().surrounded(Surround::default());
     let surface = gbuffer::render(tracer, &view)?;
-    let (width, height) = (view.width, view.height);
-    let inside = |side: usize| (every.min(side) / 2..side).step_by(every);
-    let pixels: Vec<_> = inside(height).flat_map(|y| inside(width).map(move |x| y * width + x)).collect();
-    let camera = view.camera()?;
-    let seer = Seer {
-        tracer,
-        world_from_view: camera.view_from_world().inverse(),
-        camera,
-        radius: view.radius,
-        kinds,
-    };
+    let pixels = grid([view.width, view.height], every);
+    let seer = Seer::new(tracer, &view, kinds)?;
     let disk = Disk::new(sampling);
     let shares = |i: &usize| match Point::new(tracer.scene(), &surface, *i) {
         Some(point) => seer.shares(&disk, &point),
@@ -78,8 +69,14 @@ pub fn knowledge(
     })
 }
 
+/// Indices of every `every`-th pixel of every `every`-th row of a picture of this width and height, from the middle of the first `every` on.
+pub(crate) fn grid([width, height]: [usize; 2], every: usize) -> Vec<usize> {
+    let inside = |side: usize| (every.min(side) / 2..side).step_by(every);
+    inside(height).flat_map(|y| inside(width).map(move |x| y * width + x)).collect()
+}
+
 /// A camera in a scene, and what frames of it show.
-struct Seer<'a> {
+pub(crate) struct Seer<'a> {
     tracer: &'a Tracer,
     camera: Camera,
     world_from_view: Affine3A,
@@ -88,7 +85,17 @@ struct Seer<'a> {
     kinds: &'a [Surround],
 }
 
-impl Seer<'_> {
+impl<'a> Seer<'a> {
+    /// Frames of these kinds of a view.
+    ///
+    /// # Errors
+    /// When the view's camera is out of range.
+    pub(crate) fn new(tracer: &'a Tracer, view: &View, kinds: &'a [Surround]) -> Result<Self> {
+        let camera = view.camera()?;
+        let world_from_view = camera.view_from_world().inverse();
+        Ok(Self { tracer, camera, world_from_view, radius: view.radius, kinds })
+    }
+
     /// Shares of the rays of a point that are hit in each kind of frame, and by anything.
     fn shares(&self, disk: &Disk, point: &Point) -> Vec<f32> {
         let mut hits = vec![0.0; self.kinds.len() + 1];
@@ -102,7 +109,7 @@ impl Seer<'_> {
     }
 
     /// Whether a ray is hit in each kind of frame, and by anything.
-    fn follow(&self, point: &Point, direction: Vec3A) -> Vec<bool> {
+    pub(crate) fn follow(&self, point: &Point, direction: Vec3A) -> Vec<bool> {
         let mut hit = vec![direction.dot(point.geo_normal) <= 0.0; self.kinds.len() + 1];
         let mut passed = 0.0;
         for _ in 0..MOST_HITS {

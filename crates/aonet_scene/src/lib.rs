@@ -3,6 +3,7 @@
 pub mod atomic_file;
 pub mod backend;
 pub mod error;
+pub mod exact_shares;
 pub mod gbuffer;
 #[cfg(feature = "gpu")]
 pub mod gpu;

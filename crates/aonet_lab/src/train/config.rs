@@ -1,6 +1,8 @@
 //! The configuration of a training run: a JSON file that, with a dataset and a seed, determines the weights.
 
+use super::exact_survey::ExactSurvey;
 use super::ssim::LEAST_MS_SSIM_SIDE;
+use crate::exact::Extent;
 use aonet::net::ModelConfig;
 use aonet_scene::error::{Error, Result};
 use serde::{Deserialize, Serialize};
@@ -42,6 +44,10 @@ pub struct TrainConfig {
     pub validation_frames: usize,
     /// Steps between checkpoints.
     pub checkpoint_every: u64,
+    /// Exact shares of light in place of what the network's survey finds, to learn what a better survey would be worth. Their extent
+    /// must be what [`Augment`] leaves of every frame.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub exact_survey: Option<ExactSurvey>,
 }
 
 /// The optimiser.
@@ -135,6 +141,7 @@ impl TrainConfig {
             validate_every: 500,
             validation_frames: 48,
             checkpoint_every: 250,
+            exact_survey: None,
         }
     }
 
@@ -179,6 +186,18 @@ impl TrainConfig {
             return Err(Error::request(format!("training {name}"), "in [0, 1]", share));
         }
         self.loss.check(self.crop)?;
+        if let Some(exact) = &self.exact_survey {
+            let left = match exact.extent {
+                Extent::OneLayer => 1.0,
+                Extent::Whole => 0.0,
+            };
+            if self.model.survey.is_none() || [without_margin, without_second] != [left; 2] {
+                let expected =
+                    format!("a network with a survey, and without_margin and without_second {left}");
+                let found = format!("{without_margin} and {without_second}");
+                return Err(Error::request("training exact_survey", expected, found));
+            }
+        }
         Ok(self)
     }
 }

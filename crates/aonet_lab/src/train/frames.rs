@@ -1,6 +1,7 @@
 //! The frames of a run in memory, kept for the next run.
 
 use super::config::TrainConfig;
+use super::exact_survey::ExactSurvey;
 use super::samples::{self, Sample};
 use super::validate::Validation;
 use super::{TrainEvent, TrainEvents};
@@ -35,6 +36,7 @@ struct Wanted {
     validation_frames: usize,
     /// Shares of the frames that lose their guard band and their second layer, and the seed that says which ones.
     less: Option<([f64; 2], u64)>,
+    exact_survey: Option<ExactSurvey>,
 }
 
 impl<'a> Frames<'a> {
@@ -56,6 +58,7 @@ impl<'a> Frames<'a> {
             crop: config.crop,
             validation_frames: config.validation_frames,
             less: (less != [0.0; 2]).then_some((less, config.seed)),
+            exact_survey: config.exact_survey.clone(),
         };
         let held = match self.held.take() {
             Some((found, loaded)) if found == wanted => loaded,

@@ -6,6 +6,7 @@
 
 mod checkpoint;
 pub mod config;
+mod exact_survey;
 mod flex_ops;
 mod frames;
 mod log;
@@ -26,6 +27,7 @@ mod validate;
 mod vgg;
 
 pub use config::{Augment, LossConfig, Optimizer, SsimWindow, TrainConfig};
+pub use exact_survey::ExactSurvey;
 pub use frames::Frames;
 pub use validate::ValidationScores;
 

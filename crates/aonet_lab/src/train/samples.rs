@@ -103,10 +103,13 @@ impl Sample {
         let all = sampled(model.features.clone(), model.search);
         let mut sample =
             Self::new((&gbuffer, params), &ao, all, model.search).map_err(Error::in_file(&path))?;
-        if let Some(arcs) = model.survey {
-            sample.survey =
-                Some(Survey::new(&arcs, (&gbuffer, params), model.patch).map_err(Error::in_file(&path))?);
-        }
+        sample.survey = match (&config.exact_survey, &model.survey) {
+            (Some(exact), _) => Some(Survey::exact(&exact.read(entry, model.patch)?, model.patch)),
+            (None, Some(arcs)) => {
+                Some(Survey::new(arcs, (&gbuffer, params), model.patch).map_err(Error::in_file(&path))?)
+            }
+            (None, None) => None,
+        };
         Ok(sample)
     }
 

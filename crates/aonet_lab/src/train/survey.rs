@@ -3,6 +3,7 @@
 use super::samples::{Plane, Square, Symmetry};
 use aonet::internals::features::survey_planes;
 use aonet::internals::graph::SURVEYED;
+use aonet::internals::naive::Planes;
 use aonet::search::ArcsParams;
 use aonet::{AoParams, GBuffer, Size};
 
@@ -39,6 +40,12 @@ impl Survey {
             Plane::bytes(&lines.flatten().copied().collect::<Vec<_>>())
         };
         Ok(Self { patch, columns: cells.width(), planes: (0..SURVEYED).map(plane).collect() })
+    }
+
+    /// One that has found these planes.
+    pub(super) fn exact(planes: &Planes, patch: usize) -> Self {
+        let found = planes.values.chunks_exact(planes.width * planes.height);
+        Self { patch, columns: planes.width, planes: found.map(Plane::bytes).collect() }
     }
 
     /// Side of its patches (px).

@@ -5,8 +5,9 @@ use super::net::Kernels;
 use super::optimizer::Gradients;
 use super::samples::{self, Crop};
 use super::step::{Stepper, single_threaded_pools};
-use super::{Augment, LossConfig, Optimizer, TrainConfig, TrainDevice, TrainRun, net, train};
+use super::{Augment, ExactSurvey, LossConfig, Optimizer, TrainConfig, TrainDevice, TrainRun, net, train};
 use crate::dataset::{DatasetParams, DatasetPlan, Manifest, Preset, Work};
+use crate::exact::{self, Extent};
 use aonet::internals::graph::{Graph, SURVEYED};
 use aonet::internals::naive::{self, Inputs, Planes};
 use aonet::internals::weights::Weights;
@@ -396,4 +397,42 @@ fn a_folder_of_another_configuration_is_refused() {
     train(&tiny_config(1), &manifest, &run, &|_| ()).unwrap();
     let error = train(&tiny_config(2), &manifest, &run, &|_| ()).unwrap_err().to_string();
     assert!(error.contains("config.json"), "{error}");
+}
+
+#[test]
+fn exact_shares_stand_in_for_a_survey() {
+    let dir = tempfile::tempdir().unwrap();
+    let manifest = [tiny_dataset(&dir.path().join("frames"))];
+    let folder = dir.path().join("shares");
+    let counted = std::cell::Cell::new(0);
+    let save =
+        || exact::save_all(&manifest[0], Path::new(""), (&folder, 4, 16), &|| counted.set(counted.get() + 1));
+    save().unwrap();
+    save().unwrap();
+    assert_eq!(counted.get(), 2 * manifest[0].frames.len(), "frames that are there count as well");
+    let arcs = ArcsParams { denoise_passes: 0, ..ArcsParams::default() };
+    let tiny = tiny_config(1);
+    let config = TrainConfig {
+        model: ModelConfig { survey: Some(arcs), ..tiny.model.clone() },
+        augment: Augment { without_margin: 1.0, without_second: 1.0, ..Augment::default() },
+        exact_survey: Some(ExactSurvey { folder: folder.clone(), extent: Extent::OneLayer }),
+        ..tiny
+    };
+    let scores = |config: &TrainConfig, run: &str| {
+        let run = tiny_run(&dir.path().join(run));
+        train(&config.clone().checked().unwrap(), &manifest, &run, &|_| ()).map(|_| {
+            let log = std::fs::read_to_string(run.dir.join("log.jsonl")).unwrap();
+            log.lines().last().unwrap().to_owned()
+        })
+    };
+    let exact = scores(&config, "exact").unwrap();
+    let searched = scores(&TrainConfig { exact_survey: None, ..config.clone() }, "searched").unwrap();
+    assert_ne!(exact, searched, "the network sees other shares");
+    let whole = ExactSurvey { extent: Extent::Whole, ..config.exact_survey.clone().unwrap() };
+    let error =
+        TrainConfig { exact_survey: Some(whole), ..config.clone() }.checked().unwrap_err().to_string();
+    assert!(error.contains("without_margin"), "{error}");
+    std::fs::remove_dir_all(folder.join("one_layer")).unwrap();
+    let error = scores(&config, "missing").unwrap_err().to_string();
+    assert!(error.contains("one_layer"), "{error}");
 }

@@ -1,9 +1,11 @@
 //! Scores on whole validation frames.
 
 use super::config::TrainConfig;
+use super::exact_survey;
 use super::samples::seen_of;
 use crate::dataset::{FrameEntry, Manifest, Split};
 use crate::eval::read;
+use aonet::internals::naive::Planes;
 use aonet::internals::weights::Weights;
 use aonet::net::cpu::Session;
 use aonet::net::{Model, TrainingFacts};
@@ -29,9 +31,12 @@ impl ValidationScores {
     }
 }
 
+/// A frame, its reference, and the exact shares of light if they stand in for the network's survey.
+type Frame = (GBuffer<'static>, AoParams, AoImage, Option<Planes>);
+
 /// Validation frames in memory. The CPU runtime runs them, so scores are those of the shipped program.
 pub(crate) struct Validation {
-    frames: Vec<(GBuffer<'static>, AoParams, AoImage)>,
+    frames: Vec<Frame>,
 }
 
 impl Validation {
@@ -54,7 +59,12 @@ impl Validation {
         let chosen: Vec<_> = (0..count).map(|i| entries[i * entries.len() / count]).collect();
         let frame = |(manifest, entry): (&Manifest, &FrameEntry)| {
             let (gbuffer, params, reference) = read(manifest, entry)?;
-            Ok((seen_of(gbuffer, config, entry), params, reference))
+            let exact = config
+                .exact_survey
+                .as_ref()
+                .map(|exact| exact.read(entry, config.model.patch))
+                .transpose()?;
+            Ok((seen_of(gbuffer, config, entry), params, reference, exact))
         };
         let frames = chosen.into_par_iter().map(frame).collect::<Result<_>>()?;
         Ok(Self { frames })
@@ -66,9 +76,15 @@ impl Validation {
     /// When a frame is too small to compare.
     pub(crate) fn score(&self, config: &TrainConfig, weights: &Weights) -> Result<ValidationScores> {
         let model = Model::new(config.model.clone(), weights.clone(), TrainingFacts::default())?;
-        let score = |(gbuffer, params, reference): &(GBuffer, AoParams, AoImage)| -> Result<[f64; 3]> {
-            let mut ao = AoImage::open(gbuffer.window().size());
-            Session::new(&model, gbuffer.window(), 1)?.run(gbuffer, *params, &mut ao)?;
+        let score = |(gbuffer, params, reference, exact): &Frame| -> Result<[f64; 3]> {
+            let ao = match exact {
+                Some(survey) => exact_survey::run(&model, (gbuffer, *params), survey)?,
+                None => {
+                    let mut ao = AoImage::open(gbuffer.window().size());
+                    Session::new(&model, gbuffer.window(), 1)?.run(gbuffer, *params, &mut ao)?;
+                    ao
+                }
+            };
             let full = metrics::compare(reference, &ao, None)?.full;
             let pairs = ao.visibility().iter().zip(reference.visibility());
             let l1 = pairs.map(|(a, b)| f64::from((a - b).abs())).sum::<f64>() / ao.visibility().len() as f64;
