@@ -46,6 +46,11 @@ pub mod naive {
     pub use crate::net::naive::*;
 }
 
+/// Shares of light.
+pub mod shares {
+    pub use crate::search::shares::{GAPS, SHARES};
+}
+
 /// The network of NNAO.
 pub mod nnao {
     pub use crate::search::nnao_taps::{INPUTS, NnaoTap, Spiral, taps};

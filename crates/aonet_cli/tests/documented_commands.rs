@@ -61,6 +61,7 @@ const FATES: &[(&str, Fate)] = &[
     ),
     ("aonet eval data/deep", Run(&[("--classic", "--split train --classic")])),
     ("aonet bent", Run(&[("--scenes-dir DIR --frames 16", "--scenes-dir . --spp 4 --model fast")])),
+    ("aonet exact-shares", Run(&[("--scenes-dir DIR", "--scenes-dir . --spp 4")])),
     ("aonet ladder", Run(&[("--scenes-dir DIR", "--scenes-dir . --spp 4")])),
     ("aonet tune gtao", Run(&[("-o gtao", "--frames 2 --trials 2 -o gtao")])),
     ("aonet paper all", Not("needs every trained network; the test of the paper's tables makes single ones")),

@@ -44,14 +44,18 @@ impl Extent {
 /// that are there already are kept. `progress` is called once a frame.
 ///
 /// # Errors
-/// When a scene or a view cannot be read, or a file cannot be written.
+/// When a scene or a view cannot be read, the dataset has no frame of its scenes, or a file cannot be written.
 pub fn save_all(
     manifest: &Manifest,
     scenes: &Path,
     (dir, every, spp): (&Path, usize, u32),
     progress: &dyn Fn(),
 ) -> Result<()> {
-    for spec in &manifest.plan.located(scenes).scenes {
+    let plan = manifest.plan.located(scenes);
+    if !manifest.frames.iter().any(|entry| plan.scenes.iter().any(|spec| spec.name == entry.scene)) {
+        return Err(Error::request("dataset", "frames of scenes that it lists", "none"));
+    }
+    for spec in &plan.scenes {
         let is_missing =
             |entry: &&FrameEntry| Extent::ALL.iter().any(|extent| !extent.file(dir, entry).exists());
         let frames: Vec<_> = manifest.frames.iter().filter(|entry| entry.scene == spec.name).collect();
@@ -65,9 +69,7 @@ pub fn save_all(
             let kinds = [Surround::default(), manifest.plan.recipe.surround];
             // Other rays than those of the reference.
             let sampling = Sampling { spp, seed: entry.seed ^ 1 };
-            let found = exact_shares(&tracer, &entry.view, &kinds, (sampling, every))?;
-            let cells = |side: usize| (every.min(side) / 2..side).step_by(every).len();
-            let size = Size::new(cells(entry.view.width), cells(entry.view.height))?;
+            let (size, found) = exact_shares(&tracer, &entry.view, &kinds, (sampling, every))?;
             for (extent, shares) in Extent::ALL.iter().zip(found) {
                 save(&extent.file(dir, entry), size, shares)?;
             }

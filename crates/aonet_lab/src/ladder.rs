@@ -1,6 +1,7 @@
 //! What kinds of frames know, and how much of it searches find: exact rays beside the shares of light that a search reports.
 
 use crate::dataset::{FrameEntry, Manifest};
+use aonet::internals::shares::SHARES;
 use aonet::search::{Classic, Options, Session, Share};
 use aonet_scene::error::{Error, Result};
 use aonet_scene::gbuffer;
@@ -135,9 +136,7 @@ fn found_by(
     }))
 }
 
-/// All shares but the open one.
-const SHARES: usize = Share::ALL.len() - 1;
-/// Shares of the light of pixels: hit first, then hidden by more and more, off last.
+/// All shares of the light of pixels but the open one: hit first, then hidden by more and more, off last.
 type Found = [Vec<f32>; SHARES];
 
 /// Puts the exact share of light that is hit in place of the search's; the others shrink or grow in proportion, so that the open share stays.

@@ -1,12 +1,12 @@
 //! The exact shares of a pixel's light: what a search would report that finds all that a frame shows.
 
-use crate::knowledge::{Seer, grid};
+use crate::knowledge::{Grid, Seer};
 use crate::reference::{Disk, Point, Sampling};
 use crate::trace::Tracer;
 use crate::view::{Surround, View};
-use crate::{Error, Result, gbuffer};
-use aonet::GBuffer;
-use aonet::search::Share;
+use crate::{Result, gbuffer};
+use aonet::internals::shares::{GAPS, SHARES};
+use aonet::{GBuffer, Size};
 use glam::Vec3A;
 use rayon::prelude::*;
 
@@ -17,16 +17,12 @@ const DISTRIBUTION: f32 = 1.5;
 /// How far behind a surface a place has to lie to be hidden, as a share of the depth, and of the AO radius on top. guess: a pixel's
 /// plane is only roughly the surface.
 const SLACK: (f32, f32) = (1e-3, 2e-3);
-/// Ends of the ranges of gaps of the hidden shares, as shares of the AO radius: those of [`Share`].
-const GAPS: [f32; 2] = [0.1, 0.3];
-/// All shares but the open one.
-const SHARES: usize = Share::ALL.len() - 1;
 
-/// Values of pixels on a grid, row by row, for each share but the open one: in the order of [`Share::ALL`].
+/// Values of pixels on a grid, row by row, for each share but the open one: in the order of [`Share::ALL`](aonet::search::Share::ALL).
 pub type ExactShares = [Vec<f32>; SHARES];
 
 /// The shares of light of every `every`-th pixel of every `every`-th row of a view's picture, in frames of each of these `kinds`, on all
-/// cores; 0 on the background. The first pixel is in the middle of the first square of `every` pixels.
+/// cores, and the grid's columns and rows; 0 on the background. The first pixel is in the middle of the first square of `every` pixels.
 ///
 /// The rays are those of the reference. A ray is hit if it meets a surface that the frame shows ([`knowledge`](crate::knowledge)).
 /// Another one is hidden if it passes behind the last layer of the frame, by the least gap along its way, and off if it leaves the frame before that.
@@ -38,12 +34,11 @@ pub fn exact_shares(
     view: &View,
     kinds: &[Surround],
     (sampling, every): (Sampling, usize),
-) -> Result<Vec<ExactShares>> {
+) -> Result<(Size, Vec<ExactShares>)> {
     sampling.check()?;
     kinds.iter().try_for_each(Surround::check)?;
-    if every == 0 {
-        return Err(Error::request("distance of pixels", "at least 1", every));
-    }
+    let grid = Grid::new(view, every)?;
+    let size = Size::new(grid.size[0], grid.size[1])?;
     let view = view.clone().surrounded(Surround::default());
     let picture = gbuffer::render(tracer, &view)?;
     let buffer = |kind: &Surround| Ok(gbuffer::render(tracer, &view.clone().surrounded(*kind))?.gbuffer);
@@ -62,9 +57,9 @@ pub fn exact_shares(
         }
         shares
     };
-    let found: Vec<_> = grid([view.width, view.height], every).par_iter().map(of_pixel).collect();
+    let found: Vec<_> = grid.pixels.par_iter().map(of_pixel).collect();
     let plane = |kind: usize, share: usize| found.iter().map(|pixel| pixel[kind][share]).collect();
-    Ok((0..kinds.len()).map(|kind| std::array::from_fn(|share| plane(kind, share))).collect())
+    Ok((size, (0..kinds.len()).map(|kind| std::array::from_fn(|share| plane(kind, share))).collect()))
 }
 
 /// The share that a ray is in that meets nothing seen: 1 to 3 if it is hidden, 4 if it is off, `None` if it is open.
@@ -92,7 +87,8 @@ fn passed(buffer: &GBuffer, point: &Point, direction: Vec3A, radius: f32) -> Opt
         }
     }
     match (least.is_finite(), off) {
-        (true, _) => Some(1 + GAPS.iter().filter(|gap| least >= **gap).count()),
+        // The last gap is beyond the radius.
+        (true, _) => Some(1 + GAPS[..GAPS.len() - 1].iter().filter(|gap| least >= **gap).count()),
         (false, true) => Some(4),
         (false, false) => None,
     }

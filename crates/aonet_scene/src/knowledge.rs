@@ -49,12 +49,9 @@ pub fn knowledge(
 ) -> Result<Knowledge> {
     sampling.check()?;
     kinds.iter().try_for_each(Surround::check)?;
-    if every == 0 {
-        return Err(crate::Error::request("distance of pixels", "at least 1", every));
-    }
+    let Grid { pixels, .. } = Grid::new(view, every)?;
     let view = view.clone().surrounded(Surround::default());
     let surface = gbuffer::render(tracer, &view)?;
-    let pixels = grid([view.width, view.height], every);
     let seer = Seer::new(tracer, &view, kinds)?;
     let disk = Disk::new(sampling);
     let shares = |i: &usize| match Point::new(tracer.scene(), &surface, *i) {
@@ -69,10 +66,28 @@ pub fn knowledge(
     })
 }
 
-/// Indices of every `every`-th pixel of every `every`-th row of a picture of this width and height, from the middle of the first `every` on.
-pub(crate) fn grid([width, height]: [usize; 2], every: usize) -> Vec<usize> {
-    let inside = |side: usize| (every.min(side) / 2..side).step_by(every);
-    inside(height).flat_map(|y| inside(width).map(move |x| y * width + x)).collect()
+/// Every `every`-th pixel of every `every`-th row of a picture, from the middle of the first `every` on.
+pub(crate) struct Grid {
+    /// Columns and rows.
+    pub(crate) size: [usize; 2],
+    /// Indices in the picture, row by row.
+    pub(crate) pixels: Vec<usize>,
+}
+
+impl Grid {
+    /// The grid of a view's picture.
+    ///
+    /// # Errors
+    /// When `every` is 0.
+    pub(crate) fn new(view: &View, every: usize) -> Result<Self> {
+        if every == 0 {
+            return Err(crate::Error::request("distance of pixels", "at least 1", every));
+        }
+        let (width, height) = (view.width, view.height);
+        let inside = |side: usize| (every.min(side) / 2..side).step_by(every);
+        let pixels = inside(height).flat_map(|y| inside(width).map(move |x| y * width + x)).collect();
+        Ok(Self { size: [width, height].map(|side| inside(side).len()), pixels })
+    }
 }
 
 /// A camera in a scene, and what frames of it show.

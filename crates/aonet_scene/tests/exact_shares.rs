@@ -26,7 +26,9 @@ fn from_above() -> View {
 }
 
 fn shares(scene: Scene, kinds: &[Surround]) -> Vec<ExactShares> {
-    exact_shares(&Tracer::new(scene), &from_above(), kinds, (SAMPLING, 4)).unwrap()
+    let (size, found) = exact_shares(&Tracer::new(scene), &from_above(), kinds, (SAMPLING, 4)).unwrap();
+    assert_eq!((size.width(), size.height()), (16, 12));
+    found
 }
 
 /// Mean of each share, and of all hidden ones.
@@ -52,9 +54,8 @@ fn light_passes_behind_a_plate_unless_a_second_layer_shows_what_is_there() {
     let mut scene = floor(10.0);
     scene.append(&quad(Vec3::new(-0.4, 0.3, -9.0), Vec3::Z * 18.0, Vec3::X * 0.8));
     let kinds = [None, Some(0.1)].map(|separation| Surround { margin: 1.0, separation });
-    let tracer = Tracer::new(scene);
-    let found = exact_shares(&tracer, &from_above(), &kinds, (SAMPLING, 4)).unwrap();
-    let known = knowledge(&tracer, &from_above(), &kinds, (SAMPLING, 4)).unwrap();
+    let found = shares(scene.clone(), &kinds);
+    let known = knowledge(&Tracer::new(scene), &from_above(), &kinds, (SAMPLING, 4)).unwrap();
     for (kind, found) in found.iter().enumerate() {
         assert_eq!(found[0], known.hit[kind], "what is hit is what is known");
     }

@@ -22,7 +22,7 @@ mod presets;
 mod pyramid;
 mod screen;
 mod session;
-mod shares;
+pub(crate) mod shares;
 mod side;
 mod slice;
 pub(crate) mod ssao;

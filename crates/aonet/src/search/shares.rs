@@ -4,9 +4,9 @@ use crate::frame::gbuffer::GBuffer;
 use crate::frame::size::Size;
 
 /// Up to how far behind an occluder light is hidden by less than this (share of the AO radius); the last is beyond the radius.
-pub(crate) const GAPS: [f32; 3] = [0.1, 0.3, 4.0];
+pub const GAPS: [f32; 3] = [0.1, 0.3, 4.0];
 /// Number of shares: hit, hidden by less than each of [`GAPS`] but not by less than the one before, and off. The rest is open.
-pub(crate) const SHARES: usize = GAPS.len() + 2;
+pub const SHARES: usize = GAPS.len() + 2;
 /// What a search that reports shares writes for a pixel: the visibility, then the shares.
 pub(crate) const PLANES: usize = SHARES + 1;
 

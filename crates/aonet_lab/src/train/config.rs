@@ -191,9 +191,11 @@ impl TrainConfig {
                 Extent::OneLayer => 1.0,
                 Extent::Whole => 0.0,
             };
-            if self.model.survey.is_none() || [without_margin, without_second] != [left; 2] {
-                let expected =
-                    format!("a network with a survey, and without_margin and without_second {left}");
+            if self.model.survey.is_none() {
+                return Err(Error::request("training exact_survey", "a network with a survey", "none"));
+            }
+            if [without_margin, without_second] != [left; 2] {
+                let expected = format!("without_margin and without_second {left}");
                 let found = format!("{without_margin} and {without_second}");
                 return Err(Error::request("training exact_survey", expected, found));
             }

@@ -432,6 +432,8 @@ fn exact_shares_stand_in_for_a_survey() {
     let error =
         TrainConfig { exact_survey: Some(whole), ..config.clone() }.checked().unwrap_err().to_string();
     assert!(error.contains("without_margin"), "{error}");
+    let blind = TrainConfig { model: tiny_config(1).model, ..config.clone() };
+    assert!(blind.checked().unwrap_err().to_string().contains("a network with a survey"));
     std::fs::remove_dir_all(folder.join("one_layer")).unwrap();
     let error = scores(&config, "missing").unwrap_err().to_string();
     assert!(error.contains("one_layer"), "{error}");
