@@ -76,22 +76,28 @@ pub(crate) fn unpacked<S: Simd>(word: U<S>) -> V3<S> {
     }
 }
 
-/// Unit normal of the surface through a pixel and its nearer neighbours in depth, towards the viewer; zero on the background.
+/// Unit normal of the second layer at a pixel, through its nearer neighbours in depth, towards the viewer; zero on the background. Behind a
+/// thin thing that surface goes on in the first layer of the pixels beside it, so neighbours are of either layer.
 fn normal_of_depth(screen: &Screen<'_>, depth: &[f32], i: usize) -> [f32; 3] {
     let (width, height) = (screen.size().width(), screen.size().height());
     let (x, y, here) = (i % width, i / width, depth[i]);
     if here == f32::INFINITY {
         return [0.0; 3];
     }
-    let camera = screen.gbuffer().camera();
-    let place = |x: usize, y: usize| camera.position_view(x, y, depth[y * width + x]);
+    let (camera, first) = (screen.gbuffer().camera(), screen.gbuffer().depth());
+    let near = |(x, y): (usize, usize)| {
+        let [a, b] = [first, depth].map(|layer| layer[y * width + x]);
+        if (a - here).abs() < (b - here).abs() { a } else { b }
+    };
+    let itself = camera.position_view(x, y, here);
+    let place = |at: (usize, usize)| camera.position_view(at.0, at.1, near(at));
     // From the pixel's left or upper neighbour to the pixel, or from the pixel to the other one.
     let step = |before: Option<(usize, usize)>, after: Option<(usize, usize)>| {
-        let change = |(x, y): (usize, usize)| (depth[y * width + x] - here).abs();
+        let change = |at: (usize, usize)| (near(at) - here).abs();
         let [b, a] = [before, after].map(|at| at.map_or(f32::INFINITY, change));
         match (before, after) {
-            (Some(at), _) if b <= a && b.is_finite() => Some(place(x, y) - place(at.0, at.1)),
-            (_, Some(at)) if a.is_finite() => Some(place(at.0, at.1) - place(x, y)),
+            (Some(at), _) if b <= a && b.is_finite() => Some(itself - place(at)),
+            (_, Some(at)) if a.is_finite() => Some(place(at) - itself),
             _ => None,
         }
     };

@@ -255,17 +255,22 @@ impl Screen<'_> {
         f64::from(second.depth[y * self.gbuffer.width() + x])
     }
 
-    /// Unit normal of the second layer: across the differences to the nearer of the neighbours on each axis.
+    /// Unit normal of the second layer: across the differences to the nearer of the neighbours on each axis, of either layer.
     fn normal_behind(&self, x: usize, y: usize) -> DVec3 {
         let (width, height) = (self.gbuffer.width(), self.gbuffer.height());
         let here = self.depth_behind(x, y);
-        let place = |x, y| self.lens.position(x, y, self.depth_behind(x, y));
+        let near = |[x, y]: [usize; 2]| {
+            let [a, b] = [self.depth(x, y), self.depth_behind(x, y)];
+            if (a - here).abs() < (b - here).abs() { a } else { b }
+        };
+        let itself = self.lens.position(x, y, here);
+        let place = |[x, y]: [usize; 2]| self.lens.position(x, y, near([x, y]));
         let step = |before: Option<[usize; 2]>, after: Option<[usize; 2]>| {
-            let change = |[x, y]: [usize; 2]| (self.depth_behind(x, y) - here).abs();
+            let change = |at: [usize; 2]| (near(at) - here).abs();
             let [b, a] = [before, after].map(|at| at.map_or(f64::INFINITY, change));
             match (before, after) {
-                (Some([px, py]), _) if b <= a && b.is_finite() => Some(place(x, y) - place(px, py)),
-                (_, Some([px, py])) if a.is_finite() => Some(place(px, py) - place(x, y)),
+                (Some(before), _) if b <= a && b.is_finite() => Some(itself - place(before)),
+                (_, Some(after)) if a.is_finite() => Some(place(after) - itself),
                 _ => None,
             }
         };

@@ -14,13 +14,14 @@ fn second_at(pixel: vec2<u32>, depth: f32) -> vec3<f32> {
     return position_at(vec2<f32>(pixel), depth);
 }
 
-/// The pixel beside one of a depth.
+/// The pixel beside one of a depth, in the layer that is nearer to it.
 fn neighbour(pixel: vec2<u32>, step: vec2<i32>, here: f32) -> Neighbour {
     let at = vec2<i32>(pixel) + step;
     if (any(at < vec2(0)) || any(at >= vec2<i32>(frame.size))) {
         return Neighbour(vec3(0.0), BACKGROUND);
     }
-    let depth = depth_at(vec2<u32>(at), 1u);
+    let depths = vec2(depth_at(vec2<u32>(at), 0u), depth_at(vec2<u32>(at), 1u));
+    let depth = select(depths.y, depths.x, abs(depths.x - here) < abs(depths.y - here));
     if (depth >= BACKGROUND) {
         return Neighbour(vec3(0.0), BACKGROUND);
     }
