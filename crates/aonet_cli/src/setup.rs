@@ -204,9 +204,21 @@ pub(crate) fn middle_depth(surface: &Surface) -> f32 {
     depths.get(depths.len() / 2).copied().unwrap_or(1.0)
 }
 
-/// The network of a file or with the name of a shipped one; a file of that name goes first. Without either, `balanced`.
+/// The network of a file or with the name of a shipped one; a file of that name goes first. Without either, `balanced`. After a colon
+/// stand slices and taps of its connected arcs, if they are to be others: `high:4x16`.
 pub(crate) fn model(of: Option<&Path>) -> Result<Model> {
     let Some(path) = of else { return Model::from_bytes(shipped::BALANCED).context("the shipped network") };
+    let (path, taps) = split_taps(path);
+    let model = model_of(path)?;
+    match taps {
+        Some([slices, taps]) => {
+            model.with_taps(slices, taps).with_context(|| format!("{}:{slices}x{taps}", path.display()))
+        }
+        None => Ok(model),
+    }
+}
+
+fn model_of(path: &Path) -> Result<Model> {
     // `any_radius`: the name of `balanced` before there were three sizes.
     let path = if path == Path::new("any_radius") && !path.is_file() { Path::new("balanced") } else { path };
     let named = shipped::ALL.into_iter().find(|(name, _)| path.as_os_str() == *name);
@@ -217,8 +229,21 @@ pub(crate) fn model(of: Option<&Path>) -> Result<Model> {
     Ok(Model::from_bytes(&bytes).map_err(Error::in_file(path))?)
 }
 
+/// A network's name, and the slices and taps after it. The name is all of it if there is a file of that name.
+fn split_taps(path: &Path) -> (&Path, Option<[u32; 2]>) {
+    let split = |text: &'_ str| -> Option<(usize, [u32; 2])> {
+        let colon = text.rfind(':')?;
+        let (slices, taps) = text[colon + 1..].split_once('x')?;
+        Some((colon, [slices.parse().ok()?, taps.parse().ok()?]))
+    };
+    match path.to_str().filter(|_| !path.is_file()).and_then(|text| Some((text, split(text)?))) {
+        Some((text, (colon, taps))) => (Path::new(&text[..colon]), Some(taps)),
+        None => (path, None),
+    }
+}
+
 /// What else a network can be, beside a file that cannot be read.
-const SHIPPED: &str = "expected a network: a file, fast, balanced, high or paper";
+const SHIPPED: &str = "expected a network: a file, fast, balanced, high or paper, or one of them with slices and taps, such as high:4x16";
 
 /// Seed of the weights of [`untrained`] networks.
 const SEED: u64 = 1;
@@ -236,9 +261,14 @@ pub(crate) fn untrained(path: &Path) -> Result<Model> {
     Ok(Model::new(config, Weights::init(&graph, SEED), TrainingFacts::default())?)
 }
 
-/// The name of a model file in tables: the file's name without extension.
+/// The name of a model file in tables: the file's name without extension, and its slices and taps if they are given.
 pub(crate) fn name_of(path: &Path) -> String {
-    path.file_stem().unwrap_or_default().to_string_lossy().into_owned()
+    let (path, taps) = split_taps(path);
+    let name = path.file_stem().unwrap_or_default().to_string_lossy();
+    match taps {
+        Some([slices, taps]) => format!("{name}:{slices}x{taps}"),
+        None => name.into_owned(),
+    }
 }
 
 /// Traces the reference with a progress bar.
@@ -307,4 +337,36 @@ pub(crate) fn classic(names: &[String]) -> Result<Vec<(String, Classic)>> {
         }
     }
     Ok(methods)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn slices_and_taps_follow_a_colon() {
+        let split = |text: &'static str| split_taps(Path::new(text));
+        assert_eq!(split("high:4x16"), (Path::new("high"), Some([4, 16])));
+        assert_eq!(
+            split("C:/runs/best.safetensors:2x8"),
+            (Path::new("C:/runs/best.safetensors"), Some([2, 8]))
+        );
+        for whole in ["high", "C:/runs/best.safetensors", "high:4", "high:4x", "high:ax16", ":"] {
+            assert_eq!(split(whole), (Path::new(whole), None), "{whole}");
+        }
+        assert_eq!(name_of(Path::new("runs/best.safetensors:4x16")), "best:4x16");
+        assert_eq!(name_of(Path::new("runs/best.safetensors")), "best");
+    }
+
+    #[test]
+    fn taps_that_a_network_cannot_have_are_named() {
+        let of = |name: &str| model(Some(Path::new(name))).map(|model| model.config().clone());
+        assert_eq!(of("balanced:3x24").unwrap().survey.unwrap().steps, 24);
+        for (name, part) in
+            [("fast:4x16", "connected arcs"), ("balanced:0x16", "slices"), ("absent:4x16", "absent")]
+        {
+            let error = format!("{:#}", of(name).unwrap_err());
+            assert!(error.contains(part), "{name}: {error}");
+        }
+    }
 }

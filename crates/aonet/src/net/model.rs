@@ -1,9 +1,10 @@
 //! A configuration, its graph and weights that fit: the only road to a session.
 
 use crate::error::{Error, Result};
-use crate::net::config::ModelConfig;
+use crate::net::config::{ModelConfig, SearchConfig};
 use crate::net::graph::Graph;
 use crate::net::weights::{Tensor, Weights};
+use crate::search::ArcsParams;
 use half::f16;
 use safetensors::tensor::{Dtype, SafeTensors, TensorView};
 use serde::{Deserialize, Serialize};
@@ -174,6 +175,22 @@ impl Model {
         Ok(self)
     }
 
+    /// The same network on connected arcs of so many slices, with so many taps on each side of a slice: its survey's, or its search's.
+    /// More slices have less noise, more taps find thinner occluders, and both cost time. The network was trained with its own numbers.
+    ///
+    /// # Errors
+    /// When the network has no connected arcs, or a number is out of range (1 to 64).
+    pub fn with_taps(mut self, slices: u32, taps: u32) -> Result<Self> {
+        let arcs = match (&mut self.config.survey, &mut self.config.search) {
+            (Some(arcs), _) | (None, Some(SearchConfig::Arcs(arcs))) => arcs,
+            _ => return Err(Error::config("network", "one with connected arcs", "one without")),
+        };
+        *arcs = ArcsParams { slices, steps: taps, ..*arcs };
+        self.config = self.config.checked()?;
+        self.graph = Graph::new(&self.config)?;
+        Ok(self)
+    }
+
     /// Ranges for integers, of a model that was calibrated.
     pub fn ranges(&self) -> Option<&Ranges> {
         self.ranges.as_ref()
@@ -232,6 +249,25 @@ mod tests {
         let half = Model::from_bytes(&model.to_bytes(WeightFormat::F16).unwrap()).unwrap();
         assert_eq!(half.weights(), &model.weights().clone().rounded_to_half());
         assert_ne!(half.weights(), model.weights());
+    }
+
+    #[test]
+    fn taps_are_those_of_the_survey_or_the_search() {
+        let of = |config: ModelConfig| {
+            let weights = Weights::init(&Graph::new(&config).unwrap(), 7);
+            Model::new(config, weights, TrainingFacts::default()).unwrap()
+        };
+        let surveying = of(ModelConfig::balanced()).with_taps(5, 24).unwrap();
+        let survey = surveying.config().survey.unwrap();
+        assert_eq!((survey.slices, survey.steps), (5, 24));
+        assert_eq!(surveying.config().search, ModelConfig::balanced().search);
+        let arcs = Some(SearchConfig::Arcs(ArcsParams::default()));
+        let searching = of(ModelConfig { search: arcs, ..ModelConfig::correcting() });
+        let arcs = SearchConfig::Arcs(ArcsParams { slices: 6, steps: 10, ..ArcsParams::default() });
+        assert_eq!(searching.with_taps(6, 10).unwrap().config().search, Some(arcs));
+        assert!(model().with_taps(4, 16).unwrap_err().to_string().contains("connected arcs"));
+        let error = of(ModelConfig::balanced()).with_taps(0, 16).unwrap_err().to_string();
+        assert!(error.contains("slices") && error.contains('0'), "{error}");
     }
 
     #[test]
