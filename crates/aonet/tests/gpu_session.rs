@@ -163,10 +163,13 @@ fn subgroups_give_the_cpus_image_and_are_used_where_they_are() {
 }
 
 #[test]
-fn shipped_networks_with_a_search() {
+fn networks_with_a_search() {
     let Some(device) = device() else { return };
-    for (name, bytes) in [("balanced", shipped::BALANCED), ("high", shipped::HIGH)] {
-        let model = Model::from_bytes(bytes).unwrap();
+    for (name, model) in [
+        ("balanced", Model::from_bytes(shipped::BALANCED).unwrap()),
+        ("high", Model::from_bytes(shipped::HIGH).unwrap()),
+        ("shares of every pixel", model(weighing_shares(4), 1)),
+    ] {
         for gbuffer in [
             frame(Size::px(1, 1), 4),
             frame(Size::px(33, 17), 4),
@@ -329,8 +332,8 @@ fn a_network_gives_the_bent_normals_of_its_search() {
     let Some(device) = device() else { return };
     let gbuffer = waves(Size::px(120, 83));
     let size = gbuffer.size();
-    for bytes in [shipped::FAST, shipped::BALANCED, shipped::HIGH] {
-        let model = Model::from_bytes(bytes).unwrap();
+    let of = |bytes| Model::from_bytes(bytes).unwrap();
+    for model in [of(shipped::FAST), of(shipped::BALANCED), model(weighing_shares(4), 1)] {
         let (mut image, mut expected) = (AoImage::open(size), BentNormals::zeros(size));
         let mut session = cpu::Session::with_bent_normals(&model, size, cpu::Options::default()).unwrap();
         session.run_with_bent_normals(&gbuffer, params(), &mut image, &mut expected).unwrap();

@@ -230,16 +230,13 @@ fn model_of(path: &Path) -> Result<Model> {
 }
 
 /// A network's name, and the slices and taps after it. The name is all of it if there is a file of that name.
-fn split_taps(path: &Path) -> (&Path, Option<[u32; 2]>) {
-    let split = |text: &'_ str| -> Option<(usize, [u32; 2])> {
-        let colon = text.rfind(':')?;
-        let (slices, taps) = text[colon + 1..].split_once('x')?;
-        Some((colon, [slices.parse().ok()?, taps.parse().ok()?]))
+fn split_taps<'a>(path: &'a Path) -> (&'a Path, Option<[u32; 2]>) {
+    let split = |text: &'a str| {
+        let (name, taps) = text.rsplit_once(':')?;
+        let (slices, taps) = taps.split_once('x')?;
+        Some((Path::new(name), Some([slices.parse().ok()?, taps.parse().ok()?])))
     };
-    match path.to_str().filter(|_| !path.is_file()).and_then(|text| Some((text, split(text)?))) {
-        Some((text, (colon, taps))) => (Path::new(&text[..colon]), Some(taps)),
-        None => (path, None),
-    }
+    path.to_str().filter(|_| !path.is_file()).and_then(split).unwrap_or((path, None))
 }
 
 /// What else a network can be, beside a file that cannot be read.
