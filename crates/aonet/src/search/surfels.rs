@@ -78,7 +78,7 @@ pub(crate) fn unpacked<S: Simd>(word: U<S>) -> V3<S> {
 
 /// Unit normal of the second layer at a pixel, through its nearer neighbours in depth, towards the viewer; zero on the background. Behind a
 /// thin thing that surface goes on in the first layer of the pixels beside it, so neighbours are of either layer.
-fn normal_of_depth(screen: &Screen<'_>, depth: &[f32], i: usize) -> [f32; 3] {
+pub(super) fn normal_of_depth(screen: &Screen<'_>, depth: &[f32], i: usize) -> [f32; 3] {
     let (width, height) = (screen.size().width(), screen.size().height());
     let (x, y, here) = (i % width, i / width, depth[i]);
     if here == f32::INFINITY {

@@ -331,6 +331,28 @@ fn ridge(x: f32, _: f32) -> f32 {
     0.5 * (1.0 - x * x / 0.09).max(0.0)
 }
 
+/// Behind a bar as wide as a pixel, all neighbours of the wall are in the first layer.
+#[test]
+fn a_wall_behind_a_bar_keeps_its_normal() {
+    let size = Size::px(32, 18);
+    let slanted = Vec3A::new(0.5, 0.3, 1.0).normalize();
+    let wall = frame(PERSPECTIVE, size, &[(slanted, -4.0)]);
+    let is_bar = |i: usize| i % size.width() % 5 == 2;
+    let all = 0..size.pixels();
+    let depth: Vec<f32> =
+        all.clone().map(|i| if is_bar(i) { 0.5 * wall.depth()[i] } else { wall.depth()[i] }).collect();
+    let behind: Vec<f32> =
+        all.clone().map(|i| if is_bar(i) { wall.depth()[i] } else { f32::INFINITY }).collect();
+    let second = SecondLayer { depth: behind.clone().into(), normal: None };
+    let seen = GBuffer::new(*wall.camera(), depth, wall.normal().to_vec()).unwrap();
+    let seen = seen.with_second(second).unwrap();
+    let screen = Screen::new(&seen, AoParams::new(1.0).unwrap());
+    for i in all.filter(|i| is_bar(*i)) {
+        let normal = Vec3A::from(surfels::normal_of_depth(&screen, &behind, i));
+        assert!(normal.dot(slanted) > 0.9999, "{i}: {normal}, not {slanted}");
+    }
+}
+
 /// A plate that hides the ridge, farther from it than the AO radius: one layer cannot know of the ridge, the second shows it.
 #[test]
 fn a_second_layer_shows_what_a_plate_hides() {
