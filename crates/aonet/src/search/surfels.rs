@@ -85,24 +85,28 @@ pub(super) fn normal_of_depth(screen: &Screen<'_>, depth: &[f32], i: usize) -> [
         return [0.0; 3];
     }
     let (camera, first) = (screen.gbuffer().camera(), screen.gbuffer().depth());
-    let near = |(x, y): (usize, usize)| {
-        let [a, b] = [first, depth].map(|layer| layer[y * width + x]);
-        if (a - here).abs() < (b - here).abs() { a } else { b }
+    // Difference in depth of a neighbour, in the layer that is nearer to the pixel, and that depth.
+    let nearer = |j: usize| {
+        let [a, b] = [first[j], depth[j]].map(|depth| ((depth - here).abs(), depth));
+        if a.0 < b.0 { a } else { b }
     };
+    let none = (f32::INFINITY, f32::INFINITY);
     let itself = camera.position_view(x, y, here);
-    let place = |at: (usize, usize)| camera.position_view(at.0, at.1, near(at));
     // From the pixel's left or upper neighbour to the pixel, or from the pixel to the other one.
-    let step = |before: Option<(usize, usize)>, after: Option<(usize, usize)>| {
-        let change = |at: (usize, usize)| (near(at) - here).abs();
-        let [b, a] = [before, after].map(|at| at.map_or(f32::INFINITY, change));
-        match (before, after) {
-            (Some(at), _) if b <= a && b.is_finite() => Some(itself - place(at)),
-            (_, Some(at)) if a.is_finite() => Some(place(at) - itself),
-            _ => None,
+    let way = |before: (f32, f32), after: (f32, f32), [columns, rows]: [usize; 2]| {
+        if before.0.min(after.0) == f32::INFINITY {
+            None
+        } else if before.0 <= after.0 {
+            Some(itself - camera.position_view(x - columns, y - rows, before.1))
+        } else {
+            Some(camera.position_view(x + columns, y + rows, after.1) - itself)
         }
     };
-    let across = step((x > 0).then(|| (x - 1, y)), (x + 1 < width).then_some((x + 1, y)));
-    let down = step((y > 0).then(|| (x, y - 1)), (y + 1 < height).then_some((x, y + 1)));
+    let left = if x > 0 { nearer(i - 1) } else { none };
+    let right = if x + 1 < width { nearer(i + 1) } else { none };
+    let above = if y > 0 { nearer(i - width) } else { none };
+    let below = if y + 1 < height { nearer(i + width) } else { none };
+    let (across, down) = (way(left, right, [1, 0]), way(above, below, [0, 1]));
     let normal = match (across, down) {
         (Some(across), Some(down)) => down.cross(across).normalize_or(Vec3A::Z),
         _ => Vec3A::Z,
