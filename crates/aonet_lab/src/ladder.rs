@@ -1,6 +1,7 @@
 //! What kinds of frames know, and how much of it searches find: exact rays beside the shares of light that a search reports.
 
 use crate::dataset::{FrameEntry, Manifest};
+use crate::eval;
 use aonet::internals::shares::SHARES;
 use aonet::search::{Classic, Options, Session, Share};
 use aonet_scene::error::{Error, Result};
@@ -47,9 +48,11 @@ pub struct Finding {
     pub hit: f64,
     /// Mean of the exact shares.
     pub exact: f64,
-    /// Mean PSNR (dB) of the visibility that the shares explain: that of the linear combination that fits each frame best.
+    /// Mean PSNR (dB) of what the shares explain of the dataset's AO: that of the linear combination that fits each frame best. The rays
+    /// of the ladder would bring their noise into it.
     pub explained: f64,
-    /// The same with the exact share of light that is hit in place of the search's.
+    /// The same with the exact share of light that is hit in place of the search's, beside the AO of the very rays that found it: the noise
+    /// that they share cancels, so that the number stands for many rays.
     pub explained_by_exact: f64,
 }
 
@@ -75,7 +78,7 @@ impl Ladder {
             let (scene, _) = spec.load()?;
             let tracer = Tracer::new(scene);
             for entry in frames {
-                self.frame(&tracer, entry, &mut rungs)?;
+                self.frame(&tracer, (manifest, entry), &mut rungs)?;
                 progress(count);
             }
         }
@@ -96,20 +99,27 @@ impl Ladder {
         Ok(rungs)
     }
 
-    fn frame(&self, tracer: &Tracer, entry: &FrameEntry, rungs: &mut Rungs) -> Result<()> {
+    fn frame(
+        &self,
+        tracer: &Tracer,
+        (manifest, entry): (&Manifest, &FrameEntry),
+        rungs: &mut Rungs,
+    ) -> Result<()> {
         let all: Vec<_> =
             self.kinds.iter().copied().chain(self.searches.iter().map(|(.., kind)| *kind)).collect();
         let known = knowledge(tracer, &entry.view, &all, (self.sampling, self.every))?;
         for (kind, sum) in rungs.psnr.iter_mut().enumerate() {
             *sum += known.psnr(kind);
         }
+        let (.., ao) = eval::read(manifest, entry)?;
+        let truth: Vec<f32> = known.pixels.iter().map(|i| ao.visibility()[*i]).collect();
         for (i, (search, finding)) in self.searches.iter().zip(&mut rungs.searches).enumerate() {
             let mut found = found_by(search, tracer, entry, &known)?;
             let exact = &known.hit[self.kinds.len() + i];
             finding.correlation += correlation(&found[0], exact);
             finding.hit += mean(&found[0]);
             finding.exact += mean(exact);
-            finding.explained += explained(&found, &known.visibility);
+            finding.explained += explained(&found, &truth);
             replace_hits(&mut found, exact);
             finding.explained_by_exact += explained(&found, &known.visibility);
         }

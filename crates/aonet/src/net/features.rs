@@ -54,7 +54,7 @@ pub fn search_planes(search: &SearchConfig, gbuffer: &GBuffer, params: AoParams)
         SearchConfig::Agtao(of) => search::agtao_band(isa, of, &screen, Band::whole(&mut found)),
         SearchConfig::Arcs(of) => {
             let (mut first, mut second) = (vec![0.0; pixels], vec![0.0; pixels]);
-            search::surfels::pack(&screen, &mut Workers::new(1, 0)?, [&mut first, &mut second]);
+            search::surfels::pack((isa, &mut Workers::new(1, 0)?), &screen, [&mut first, &mut second]);
             search::arcs_band(isa, (of, [&first, &second]), &screen, Band::whole(&mut found));
         }
     }
@@ -84,7 +84,7 @@ pub fn survey_planes(
     let (isa, screen) = (Isa::new(Level::best())?, Screen::new(gbuffer, params));
     let pixels = gbuffer.depth().len();
     let (mut first, mut second) = (vec![0.0; pixels], vec![0.0; pixels]);
-    search::surfels::pack(&screen, &mut Workers::new(1, 0)?, [&mut first, &mut second]);
+    search::surfels::pack((isa, &mut Workers::new(1, 0)?), &screen, [&mut first, &mut second]);
     let mut found = vec![0.0; SURVEYED * cells.pixels()];
     let layout = Cells { origin, patch, columns: cells.width(), halo: 0 };
     survey_band(isa, (*arcs, [&first, &second]), &screen, (layout, Band::whole(&mut found)));

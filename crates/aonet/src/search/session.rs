@@ -170,7 +170,7 @@ impl Session {
             Prepared::Vbao(p) => memory.run(screen, &Vbao::new(screen, *p), p.denoise()),
             Prepared::Agtao(p) => memory.run_with_bend(screen, &Agtao::new(screen, *p), p.denoise()),
             Prepared::Arcs(p, surfels, shares) => {
-                surfels.fill(screen, &mut memory.workers);
+                surfels.fill(memory.isa, screen, &mut memory.workers);
                 find(
                     &mut memory.workers,
                     memory.isa,
@@ -194,7 +194,7 @@ impl Session {
             return Err(Error::value("method that reports shares", "arcs", "another one"));
         };
         let (memory, screen) = (&mut self.memory, &Screen::new(gbuffer, params));
-        surfels.fill(screen, &mut memory.workers);
+        surfels.fill(memory.isa, screen, &mut memory.workers);
         find(&mut memory.workers, memory.isa, screen, &Arcs::new(screen, *p, surfels.layers()), shares);
         Ok(Shares::of_picture(gbuffer, shares))
     }

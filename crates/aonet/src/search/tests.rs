@@ -331,6 +331,20 @@ fn ridge(x: f32, _: f32) -> f32 {
     0.5 * (1.0 - x * x / 0.09).max(0.0)
 }
 
+/// At the edges of smoothly shaded things, normals are nearly perpendicular to the view where the surface is not.
+#[test]
+fn a_flat_wall_stays_open_where_its_normals_turn_away() {
+    let size = Size::px(120, 68);
+    let wall = frame(PERSPECTIVE, size, &[(Vec3A::Z, -4.0)]);
+    let turned = Vec3A::new(1.0, 0.0, 0.1).normalize().to_array();
+    let normals = wall.normal().iter().enumerate();
+    let normals: Vec<_> = normals.map(|(i, n)| if i % 120 % 12 == 6 { turned } else { *n }).collect();
+    let shaded = GBuffer::new(*wall.camera(), wall.depth().to_vec(), normals).unwrap();
+    let image = exact("arcs").run(&shaded, AoParams::new(1.0).unwrap()).unwrap();
+    let least = (40..80).filter(|x| x % 12 != 6).map(|x| at(&image, x, 34)).fold(1.0, f32::min);
+    assert!(least > 0.99, "{least}");
+}
+
 /// Behind a bar as wide as a pixel, all neighbours of the wall are in the first layer.
 #[test]
 fn a_wall_behind_a_bar_keeps_its_normal() {

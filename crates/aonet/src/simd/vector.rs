@@ -1,7 +1,7 @@
 //! Vectors of three components, one in every lane.
 
 use crate::simd::Simd;
-use crate::simd::lanes::{F, Number};
+use crate::simd::lanes::{F, Mask, Number};
 use std::ops::{Add, Mul, Sub};
 
 /// A vector of three components in every lane.
@@ -37,7 +37,13 @@ impl<S: Simd> V3<S> {
         Self { x: self.x.mul_add(by, plus.x), y: self.y.mul_add(by, plus.y), z: self.z.mul_add(by, plus.z) }
     }
 
-    #[cfg(test)]
+    /// One of two, lane by lane.
+    #[inline(always)]
+    pub(crate) fn choose(first: Mask<S>, [a, b]: [Self; 2]) -> Self {
+        Self { x: first.select(a.x, b.x), y: first.select(a.y, b.y), z: first.select(a.z, b.z) }
+    }
+
+    #[inline(always)]
     pub(crate) fn cross(self, o: Self) -> Self {
         Self {
             x: self.y * o.z - self.z * o.y,

@@ -17,7 +17,7 @@ impl Surfels {
     pub(super) fn run(&self, context: Context<'_>, screen: &Screen<'_>) {
         let ranges = self.outputs.each_ref().map(Buffer::range);
         let layers = context.arena.get_disjoint_mut(ranges).expect("live buffers do not overlap");
-        search::surfels::pack(screen, context.workers, layers);
+        search::surfels::pack((context.isa, context.workers), screen, layers);
     }
 }
 

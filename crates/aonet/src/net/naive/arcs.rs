@@ -16,7 +16,7 @@ const SECTORS: f64 = 32.0;
 /// How far a plane may miss a place on the same surface: share of the step on the plane.
 const CONNECTED: f64 = 0.7;
 /// Least cosine between a normal and a ray that a plane is followed at.
-const MOST_GRAZING: f64 = 0.05;
+const MOST_GRAZING: f64 = 0.2;
 /// Light is hidden by less than these (share of the AO radius).
 const GAPS: [f64; 3] = [0.1, 0.3, 4.0];
 
@@ -235,7 +235,7 @@ impl Screen<'_> {
     /// What a place of the screen sees in a layer, by the pixel nearest to it.
     fn seen(&self, side: &Side<'_>, [column, row]: [usize; 2], at: [f64; 2], layer: usize) -> Option<Seen> {
         let (depth, normal) = match layer {
-            0 => (self.depth(column, row), self.normal(column, row)),
+            0 => (self.depth(column, row), self.normal_in_front(column, row)),
             _ => (self.depth_behind(column, row), self.normal_behind(column, row)),
         };
         if !depth.is_finite() {
@@ -248,6 +248,27 @@ impl Screen<'_> {
         let facing = (ray.dot(normal) * per_depth).min(-MOST_GRAZING);
         let place = place - ray * per_depth * (beside / facing);
         Some(Seen { place, normal, ray, sector: side.sector(place) })
+    }
+
+    /// Unit normal of the first layer: across the differences of its neighbours on each axis if depth is straight over the pixel on both,
+    /// else the frame's.
+    fn normal_in_front(&self, x: usize, y: usize) -> DVec3 {
+        let (width, height) = (self.gbuffer.width(), self.gbuffer.height());
+        if x == 0 || y == 0 || x + 1 == width || y + 1 == height {
+            return self.normal(x, y);
+        }
+        let depth = |x, y| self.depth(x, y).min(1e16);
+        let place = |x, y| self.lens.position(x, y, depth(x, y));
+        let here = depth(x, y);
+        let straight = |before: f64, after: f64| {
+            let (to, from) = (here - before, after - here);
+            (to - from).abs() <= 0.5 * (to.abs() + from.abs()) + 1e-5 * here
+        };
+        let across = (place(x + 1, y) - place(x - 1, y)).normalize_or_zero();
+        let down = (place(x, y + 1) - place(x, y - 1)).normalize_or_zero();
+        let found = down.cross(across);
+        let both = straight(depth(x - 1, y), depth(x + 1, y)) && straight(depth(x, y - 1), depth(x, y + 1));
+        if both && found.length_squared() >= 1e-9 { found.normalize() } else { self.normal(x, y) }
     }
 
     fn depth_behind(&self, x: usize, y: usize) -> f64 {
