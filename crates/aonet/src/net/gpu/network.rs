@@ -3,7 +3,7 @@
 use crate::error::{Error, Result};
 use crate::frame::size::Size;
 use crate::gpu::image::{Image, Raw};
-use crate::gpu::options::{BentEncoding, Layers, ProgramOptions};
+use crate::gpu::options::{BentEncoding, ProgramOptions};
 use crate::gpu::program::{self, Arithmetic, Binding, Describe, Dispatches, Draw, Program, Template};
 use crate::gpu::surface::Surface;
 use crate::net::config::{Channel, Features, SearchConfig};
@@ -108,17 +108,13 @@ impl Network {
         let mut image = None;
         for step in &plan.steps {
             match step {
-                // Shaders read the normals of the first layer from its texture.
-                Step::Surfels { outputs: [_, second] } => {
-                    if surface.textures.layers == Layers::Two {
-                        surfels::push_into(place(second), surface, list);
-                    }
+                Step::Surfels { outputs } => {
+                    surfels::push_into(outputs.each_ref().map(place), surface, list);
                 }
                 Step::Search { search, surfels, output } => {
-                    let second = surfels.filter(|_| surface.textures.layers == Layers::Two);
-                    let second = second.map(|[_, second]| place(&second));
+                    let packed = surfels.as_ref().map(|buffers| buffers.each_ref().map(place));
                     let planes = plan.buffers[*output].channels;
-                    push_search((search, planes), surface, (second, place(output)), list);
+                    push_search((search, planes), surface, (packed, place(output)), list);
                 }
                 Step::Filter { search, input, output } => {
                     let shader = denoise::shader(surface, search.filter(), plan.buffers[*output].channels);
@@ -129,8 +125,9 @@ impl Network {
                     let target = Target { output: *output, patch: *patch, depth_range, search };
                     features::push(&self.features, target, &context, list);
                 }
-                Step::Survey { arcs, surfels: [_, second], output, patch } => {
-                    survey::push(arcs, (place(second), *output), *patch, (&context, list));
+                Step::Survey { arcs, surfels, output, patch } => {
+                    let packed = surfels.each_ref().map(place);
+                    survey::push(arcs, (packed, *output), *patch, (&context, list));
                 }
                 Step::Conv(_) => convs.next().expect("packed for every size").push(&context, list),
                 Step::Head(HeadStep { patch, planes, base, .. }) => {
@@ -158,18 +155,20 @@ impl Network {
     }
 }
 
-/// Adds the dispatch of a search that reports so many values for a pixel; it reads the packed normals of the second layer, if there is one, and writes the output.
+/// Adds the dispatch of a search that reports so many values for a pixel; it reads packed normals, if it follows planes, and
+/// writes the output.
 fn push_search(
     (search, planes): (&SearchConfig, usize),
     surface: Surface,
-    (second, output): (Option<program::BufferId>, program::BufferId),
+    (packed, output): (Option<[program::BufferId; 2]>, program::BufferId),
     list: &mut Dispatches,
 ) {
     let shader = match search {
         SearchConfig::Agtao(params) => agtao::shader(surface, params, planes),
         SearchConfig::Arcs(params) => arcs::shader(surface, params, planes),
     };
-    let bindings: Vec<_> = std::iter::once(Binding::Write(output)).chain(second.map(Binding::Read)).collect();
+    let mut bindings = vec![Binding::Write(output)];
+    bindings.extend(packed.into_iter().flat_map(|packed| surfels::read(packed, surface)));
     pixels::push(search.method().name(), shader, &bindings, list);
 }
 

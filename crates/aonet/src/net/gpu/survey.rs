@@ -1,6 +1,5 @@
 //! Connected arcs from one pixel of every patch. See [`crate::net::graph::Op::Survey`].
 
-use crate::gpu::options::Layers;
 use crate::gpu::program::{Binding, BufferId, Dispatch, Dispatches};
 use crate::gpu::shader::Shader;
 use crate::gpu::surface::Surface;
@@ -8,21 +7,19 @@ use crate::net::gpu::context::Context;
 use crate::net::gpu::memory::blocks;
 use crate::net::plan;
 use crate::search::ArcsParams;
-use crate::search::gpu::{arcs, pixels};
+use crate::search::gpu::{arcs, pixels, surfels};
 use crate::search::survey::SURVEYED;
 
-/// Adds the dispatch; it reads the packed normals of the second layer, if there is one.
+/// Adds the dispatch; it reads the packed normals of every layer.
 pub(crate) fn push(
     params: &ArcsParams,
-    (second, output): (BufferId, plan::BufferId),
+    (packed, output): ([BufferId; 2], plan::BufferId),
     patch: usize,
     (context, list): (&Context<'_>, &mut Dispatches),
 ) {
     let surface = context.surface;
     let mut bindings = vec![Binding::Write(context.memory.of(output))];
-    if surface.textures.layers == Layers::Two {
-        bindings.push(Binding::Read(second));
-    }
+    bindings.extend(surfels::read(packed, surface));
     let shader = shader(surface, params, [patch, context.plan.padded.width()]);
     let variants = vec![(shader, context.grids.of(output).workgroups(pixels::TILE, 1))];
     list.push(Dispatch { label: "survey", sees_frame: true, variants }, &bindings);

@@ -92,7 +92,10 @@ impl Method {
                 pyramid.push(self.surface, params, list);
                 bindings.extend(pyramid.bindings());
             }
-            Classic::Arcs(_) => bindings.extend(surfels::push(self.surface, list)),
+            Classic::Arcs(_) => {
+                let packed = surfels::push(self.surface, list);
+                bindings.extend(surfels::read(packed, self.surface));
+            }
             Classic::Hbao(_) | Classic::Vbao(_) | Classic::Agtao(_) | Classic::Nnao(_) => {}
         }
         let shader = shader(self.surface, &self.method, self.picture.planes())?;
@@ -165,7 +168,6 @@ fn shader(surface: Surface, method: &Classic, planes: usize) -> Result<Shader> {
 mod tests {
     use super::*;
     use crate::gpu::image::covering;
-    use crate::gpu::options::Layers;
     use crate::net::gpu::valid::{PRECISIONS, encodings, validate};
     use crate::search::gpu::pyramid;
     use crate::search::{AgtaoParams, ArcsParams, GtaoParams, PLANES, SsaoParams, VbaoParams};
@@ -192,9 +194,7 @@ mod tests {
                         validate(bent.source(), &format!("bent normals, {method:?}"));
                     }
                 }
-                if textures.layers == Layers::Two {
-                    validate(surfels::shader(of).source(), "surfels");
-                }
+                validate(surfels::shader(of).source(), "surfels");
                 validate(&covering(shares::shader(of).source()), "shares");
                 for encoding in [BentEncoding::Plain, BentEncoding::Unorm] {
                     validate(&covering(bent::shader(of, encoding).source()), "bent normals");

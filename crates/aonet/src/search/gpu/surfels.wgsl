@@ -1,55 +1,46 @@
-// Normals of the second layer from its depth, one word a pixel. CPU twin: search/surfels.rs.
+// Normals of both layers, one word a pixel. CPU twin: search/surfels.rs.
 
-@group(1) @binding(0) var<storage, read_write> surfels: array<u32>;
+@group(1) @binding(0) var<storage, read_write> first_surfels: array<u32>;
 
-/// A neighbour on the screen.
-struct Neighbour {
-    position: vec3<f32>,
-    /// Difference in depth from the pixel; BACKGROUND where there is nothing, or no pixel.
-    change: f32,
-}
-
-/// View-space position of a pixel of the second layer.
-fn second_at(pixel: vec2<u32>, depth: f32) -> vec3<f32> {
-    return position_at(vec2<f32>(pixel), depth);
-}
-
-/// The pixel beside one of a depth, in the layer that is nearer to it.
-fn neighbour(pixel: vec2<u32>, step: vec2<i32>, here: f32) -> Neighbour {
-    let at = vec2<i32>(pixel) + step;
-    if (any(at < vec2(0)) || any(at >= vec2<i32>(frame.size))) {
-        return Neighbour(vec3(0.0), BACKGROUND);
-    }
-    let depths = vec2(depth_at(vec2<u32>(at), 0u), depth_at(vec2<u32>(at), 1u));
-    let depth = select(depths.y, depths.x, abs(depths.x - here) < abs(depths.y - here));
-    if (depth >= BACKGROUND) {
-        return Neighbour(vec3(0.0), BACKGROUND);
-    }
-    return Neighbour(second_at(vec2<u32>(at), depth), abs(depth - here));
-}
-
-/// From the neighbour before a pixel to the pixel, or from it to the one after it: the nearer in depth. Zero without both.
-fn difference(before: Neighbour, here: vec3<f32>, after: Neighbour) -> vec3<f32> {
-    if (before.change <= after.change) {
-        return select(vec3(0.0), here - before.position, before.change < BACKGROUND);
-    }
-    return after.position - here;
-}
-
-/// Unit normal of the surface through a pixel of a depth and its neighbours, towards the viewer.
-fn normal_of_depth(pixel: vec2<u32>, depth: f32) -> vec3<f32> {
-    let here = second_at(pixel, depth);
-    let left = neighbour(pixel, vec2(-1, 0), depth);
-    let right = neighbour(pixel, vec2(1, 0), depth);
-    let above = neighbour(pixel, vec2(0, -1), depth);
-    let below = neighbour(pixel, vec2(0, 1), depth);
-    let normal = cross(difference(above, here, below), difference(left, here, right));
-    // Normalised twice: the square of a small length is no float.
-    let largest = max(abs(normal.x), max(abs(normal.y), abs(normal.z)));
+/// A vector of unit length. Normalised twice: the square of a small length is no float.
+fn unit(v: vec3<f32>) -> vec3<f32> {
+    let largest = max(abs(v.x), max(abs(v.y), abs(v.z)));
     if (largest < 1e-30) {
-        return vec3(0.0, 0.0, 1.0);
+        return vec3(0.0);
     }
-    return normalize(normal / largest);
+    return normalize(v / largest);
+}
+
+/// Whether depth is straight from a neighbour over a pixel to the other one.
+fn straight(before: f32, here: f32, after: f32) -> bool {
+    let to = here - before;
+    let on = after - here;
+    return abs(to - on) <= (abs(to) + abs(on)) * BEND + here * ROUGHNESS;
+}
+
+/// View-space position of a pixel beside one, and its depth.
+fn beside(pixel: vec2<u32>, step: vec2<i32>) -> vec4<f32> {
+    let at = vec2<u32>(vec2<i32>(pixel) + step);
+    let depth = min(depth_at(at, 0u), BACKGROUND);
+    return vec4(position_at(vec2<f32>(at), depth), depth);
+}
+
+/// Unit normal of the first layer: from depth where depth is straight over the pixel, else from the frame.
+fn first_normal(pixel: vec2<u32>) -> vec3<f32> {
+    let surface = surface_at(pixel);
+    if (!surface.foreground || any(pixel == vec2(0u)) || any(pixel + 1u == frame.size)) {
+        return surface.normal;
+    }
+    let left = beside(pixel, vec2(-1, 0));
+    let right = beside(pixel, vec2(1, 0));
+    let above = beside(pixel, vec2(0, -1));
+    let below = beside(pixel, vec2(0, 1));
+    let found = cross(unit(below.xyz - above.xyz), unit(right.xyz - left.xyz));
+    let is_straight = straight(left.w, surface.depth, right.w) && straight(above.w, surface.depth, below.w);
+    if (is_straight && dot(found, found) >= LEAST_SPREAD) {
+        return unit(found);
+    }
+    return surface.normal;
 }
 
 /// Ten bits for each component of a unit vector.
@@ -63,10 +54,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if (id.x >= frame.size.x || id.y >= frame.size.y) {
         return;
     }
-    let depth = depth_at(id.xy, 1u);
-    var normal = vec3(0.0);
-    if (depth < BACKGROUND) {
-        normal = normal_of_depth(id.xy, depth);
-    }
-    surfels[id.y * frame.size.x + id.x] = packed(normal);
+    let i = id.y * frame.size.x + id.x;
+    first_surfels[i] = packed(first_normal(id.xy));
+    pack_behind(id.xy, i);
 }

@@ -1,6 +1,8 @@
 // Normals of frames with one layer.
 
-/// Normal of what a pixel shows, LENGTH times as long. Components are whole numbers, as on the CPU.
-fn surfel(pixel: vec2<u32>, layer: u32) -> vec3<f32> {
-    return round(surface_at(pixel).normal * LENGTH);
+@group(1) @binding(1) var<storage, read> first_surfels: array<u32>;
+
+/// Word of what a pixel shows.
+fn surfel_word(i: u32, layer: u32) -> u32 {
+    return first_surfels[i];
 }
