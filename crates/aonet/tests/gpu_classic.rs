@@ -245,7 +245,7 @@ fn passes_have_names_and_methods_without_shaders_are_errors() {
     };
     assert_eq!(labels(&with("gtao", &[])), ["pyramid", "gtao", "denoise", "image"]);
     assert_eq!(labels(&with("vbao:tuned", &[])), ["vbao", "denoise", "denoise", "image"]);
-    assert_eq!(labels(&with("arcs", &[])), ["arcs", "denoise", "image"]);
+    assert_eq!(labels(&with("arcs", &[])), ["surfels", "arcs", "denoise", "image"]);
     let deep = behind_bars(&waves(Size::px(20, 10)));
     let deep = session_for(&device, &with("arcs", &[]), &deep);
     assert_eq!(deep.pass_labels(), ["surfels", "arcs", "denoise", "image"]);
