@@ -235,7 +235,8 @@ mod tests {
     #[test]
     fn more_layers_know_more_and_arcs_find_some_of_it() {
         let dir = tempfile::tempdir().unwrap();
-        let params = tiny::params(Size::px(48, 32), 1, Counts { train: 2, val: 0, val_seen: 0, test: 0 });
+        let counts = Counts { train: 2, val: 0, val_seen: 0, test: 0 };
+        let params = tiny::params(Size::px(48, 32), 256, counts);
         let manifest = tiny::make(dir.path(), params, &[SceneSplit::Train]);
         let of = |name: &str| {
             let one_layer = Surround { margin: 0.0, separation: None };

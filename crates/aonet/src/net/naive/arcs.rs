@@ -241,6 +241,8 @@ impl Screen<'_> {
         if !depth.is_finite() {
             return None;
         }
+        // Ten bits a component: on steep planes they tell.
+        let normal = (normal * 511.0).round() / 511.0;
         // The place at the same depth moves along its ray until it is on the pixel's plane.
         let (place, ray) = (self.lens.place(at, depth), self.lens.ray(at));
         let beside = (place - self.lens.position(column, row, depth)).dot(normal);
