@@ -109,7 +109,7 @@ impl Network {
         for step in &plan.steps {
             match step {
                 Step::Surfels { outputs } => {
-                    surfels::push_into(outputs.each_ref().map(place), surface, list);
+                    surfels::push_into(&outputs.each_ref().map(place), surface, list);
                 }
                 Step::Search { search, surfels, output } => {
                     let packed = surfels.as_ref().map(|buffers| buffers.each_ref().map(place));
@@ -168,7 +168,7 @@ fn push_search(
         SearchConfig::Arcs(params) => arcs::shader(surface, params, planes),
     };
     let mut bindings = vec![Binding::Write(output)];
-    bindings.extend(packed.into_iter().flat_map(|packed| surfels::read(packed, surface)));
+    bindings.extend(packed.iter().flat_map(|packed| surfels::read(packed, surface)));
     pixels::push(search.method().name(), shader, &bindings, list);
 }
 

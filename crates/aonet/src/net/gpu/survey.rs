@@ -19,7 +19,7 @@ pub(crate) fn push(
 ) {
     let surface = context.surface;
     let mut bindings = vec![Binding::Write(context.memory.of(output))];
-    bindings.extend(surfels::read(packed, surface));
+    bindings.extend(surfels::read(&packed, surface));
     let shader = shader(surface, params, [patch, context.plan.padded.width()]);
     let variants = vec![(shader, context.grids.of(output).workgroups(pixels::TILE, 1))];
     list.push(Dispatch { label: "survey", sees_frame: true, variants }, &bindings);

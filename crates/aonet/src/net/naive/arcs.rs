@@ -17,6 +17,13 @@ const SECTORS: f64 = 32.0;
 const CONNECTED: f64 = 0.7;
 /// Least cosine between a normal and a ray that a plane is followed at.
 const MOST_GRAZING: f64 = 0.2;
+/// How far depth may bend over a pixel whose normal comes from it: share of its change, and of the depth.
+const BEND: f64 = 0.5;
+const ROUGHNESS: f64 = 1e-5;
+/// Least squared sine between the ways to a pixel's neighbours that a normal is made of.
+const LEAST_SPREAD: f64 = 1e-9;
+/// Largest component of a stored normal: a whole number of ten bits.
+const LENGTH: f64 = 511.0;
 /// Light is hidden by less than these (share of the AO radius).
 const GAPS: [f64; 3] = [0.1, 0.3, 4.0];
 
@@ -241,8 +248,8 @@ impl Screen<'_> {
         if !depth.is_finite() {
             return None;
         }
-        // Ten bits a component: on steep planes they tell.
-        let normal = (normal * 511.0).round() / 511.0;
+        // A steep plane magnifies what rounding takes.
+        let normal = (normal * LENGTH).round() / LENGTH;
         // The place at the same depth moves along its ray until it is on the pixel's plane.
         let (place, ray) = (self.lens.place(at, depth), self.lens.ray(at));
         let beside = (place - self.lens.position(column, row, depth)).dot(normal);
@@ -264,13 +271,13 @@ impl Screen<'_> {
         let here = depth(x, y);
         let straight = |before: f64, after: f64| {
             let (to, from) = (here - before, after - here);
-            (to - from).abs() <= 0.5 * (to.abs() + from.abs()) + 1e-5 * here
+            (to - from).abs() <= BEND * (to.abs() + from.abs()) + ROUGHNESS * here
         };
         let across = (place(x + 1, y) - place(x - 1, y)).normalize_or_zero();
         let down = (place(x, y + 1) - place(x, y - 1)).normalize_or_zero();
         let found = down.cross(across);
         let both = straight(depth(x - 1, y), depth(x + 1, y)) && straight(depth(x, y - 1), depth(x, y + 1));
-        if both && found.length_squared() >= 1e-9 { found.normalize() } else { self.normal(x, y) }
+        if both && found.length_squared() >= LEAST_SPREAD { found.normalize() } else { self.normal(x, y) }
     }
 
     fn depth_behind(&self, x: usize, y: usize) -> f64 {

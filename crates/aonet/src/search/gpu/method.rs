@@ -92,10 +92,7 @@ impl Method {
                 pyramid.push(self.surface, params, list);
                 bindings.extend(pyramid.bindings());
             }
-            Classic::Arcs(_) => {
-                let packed = surfels::push(self.surface, list);
-                bindings.extend(surfels::read(packed, self.surface));
-            }
+            Classic::Arcs(_) => bindings.extend(surfels::push(self.surface, list)),
             Classic::Hbao(_) | Classic::Vbao(_) | Classic::Agtao(_) | Classic::Nnao(_) => {}
         }
         let shader = shader(self.surface, &self.method, self.picture.planes())?;

@@ -7,27 +7,28 @@ use crate::gpu::surface::Surface;
 use crate::search::gpu::pixels;
 use crate::search::surfels::{BEND, LEAST_SPREAD, LENGTH, ROUGHNESS};
 
-/// Adds the dispatch that packs them into buffers of its own, one a layer; returns those.
-pub(crate) fn push(surface: Surface, list: &mut Dispatches) -> [BufferId; 2] {
-    let buffers = [(); 2].map(|()| list.storage("surfels", Grid::FRAME.count() * size_of::<u32>().into()));
-    push_into(buffers, surface, list);
-    buffers
+/// Adds the dispatch that packs them into buffers of its own, one a layer; what a search then binds after its output.
+pub(crate) fn push(surface: Surface, list: &mut Dispatches) -> Vec<Binding> {
+    let mut buffer = || list.storage("surfels", Grid::FRAME.count() * size_of::<u32>().into());
+    let buffers: Vec<_> = (0..surface.textures.layers.count()).map(|_| buffer()).collect();
+    push_into(&buffers, surface, list);
+    read(&buffers, surface).collect()
 }
 
 /// The same into buffers of one word a pixel for each layer; that of an absent layer is left alone.
-pub(crate) fn push_into(buffers: [BufferId; 2], surface: Surface, list: &mut Dispatches) {
+pub(crate) fn push_into(buffers: &[BufferId], surface: Surface, list: &mut Dispatches) {
     let bindings: Vec<_> = of_layers(buffers, surface).map(Binding::Write).collect();
     pixels::push("surfels", shader(surface), &bindings, list);
 }
 
 /// What a search binds after its output.
-pub(crate) fn read(buffers: [BufferId; 2], surface: Surface) -> impl Iterator<Item = Binding> {
+pub(crate) fn read(buffers: &[BufferId], surface: Surface) -> impl Iterator<Item = Binding> {
     of_layers(buffers, surface).map(Binding::Read)
 }
 
 /// The buffers of the layers that frames have.
-fn of_layers(buffers: [BufferId; 2], surface: Surface) -> impl Iterator<Item = BufferId> {
-    buffers.into_iter().take(surface.textures.layers.count())
+fn of_layers(buffers: &[BufferId], surface: Surface) -> impl Iterator<Item = BufferId> {
+    buffers.iter().copied().take(surface.textures.layers.count())
 }
 
 /// The shader that packs them.
