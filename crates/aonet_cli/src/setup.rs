@@ -315,6 +315,11 @@ pub(crate) fn preset(path: &Path) -> Result<Classic> {
     Ok(Preset::load(path)?.method)
 }
 
+/// A method by name or by preset file.
+pub(crate) fn one_classic(name: &str) -> Result<Classic> {
+    if name.ends_with(".json") { preset(name.as_ref()) } else { Ok(Classic::named(name)?) }
+}
+
 /// Methods by name and by preset file. `all`: every one with its defaults; `all:tuned`: with tuned parameters where there are some.
 pub(crate) fn classic(names: &[String]) -> Result<Vec<(String, Classic)>> {
     let mut methods = Vec::new();

@@ -230,6 +230,7 @@ fn classic_methods_run_are_tuned_and_drawn() {
     assert!(tuned["loss"].as_f64() <= tuned["loss_before"].as_f64(), "{tuned}");
     let facts = desk.json("classic gtao frame.exr -o ao.exr --preset gtao.json --set steps=2 --json");
     assert_eq!((&facts["method"], &facts["width"]), (&json!("gtao"), &json!(64)));
+    assert_eq!(desk.json("classic gtao.json frame.exr -o ao.exr --json")["method"], "gtao");
     assert!(desk.ok("classic --help").contains("thickness"));
     let gallery = desk.json("gallery frame.exr -o all.png --columns 3 --json");
     assert_eq!(gallery["methods"].as_array().unwrap().len(), 10);

@@ -19,7 +19,7 @@ use std::time::Instant;
 #[derive(Debug, Parser)]
 #[command(after_help = EXAMPLES, after_long_help = long_help())]
 pub(crate) struct Args {
-    /// Method.
+    /// Method, or a preset of `aonet tune` (.json).
     method: String,
     #[command(flatten)]
     frame: FrameArgs,
@@ -42,7 +42,7 @@ const EXAMPLES: &str = "Examples:
   aonet classic gtao frame.exr -o ao.exr --set slices=9 --set falloff=0.1
   aonet classic agtao:tuned frame.exr -o ao.exr --bent-normals=bent.png
   aonet classic arcs:deep frame.exr -o ao.exr --shares shares.png
-  aonet classic vbao frame.exr -o ao.exr --preset tuned.json";
+  aonet classic tuned.json frame.exr -o ao.exr";
 
 /// Width of the parameters' list.
 const HELP_COLUMNS: usize = 100;
@@ -131,7 +131,7 @@ fn on_gpu(_: &Classic, _: (&GBuffer, AoParams), _: Option<&mut BentNormals>) -> 
 }
 
 fn method(args: &Args) -> Result<Classic> {
-    let mut method = Classic::named(&args.method)?;
+    let mut method = setup::one_classic(&args.method)?;
     if let Some(path) = &args.preset {
         let found = setup::preset(path)?;
         anyhow::ensure!(

@@ -65,9 +65,9 @@ pub enum TrainDevice {
 pub struct TrainRun {
     /// Folder of the run; made if missing, resumed if it holds a checkpoint.
     pub dir: PathBuf,
-    /// Weights that a new run starts from; random ones if absent. Convolutions may have seen fewer channels: the last ones start
-    /// at zero. A run that continues has its own.
-    pub start: Option<Weights>,
+    /// Network that a new run starts from; random weights if absent. It may have seen other channels: see `start.rs`. A run that
+    /// continues has its own.
+    pub start: Option<Model>,
     /// VGG-19 weights for the perceptual term; without them the term is off.
     pub vgg: Option<PathBuf>,
     /// Where to compute.
@@ -136,7 +136,7 @@ pub fn train_on(
     let checkpoint = run.dir.join(CHECKPOINT);
     let mut state = match (checkpoint.exists(), &run.start) {
         (true, _) => State::load(&checkpoint, &graph)?,
-        (false, Some(start)) => State::new(Weights::new(&graph, start::widened(&graph, start))?),
+        (false, Some(start)) => State::new(Weights::new(&graph, start::fitted(&config.model, start))?),
         (false, None) => State::new(Weights::init(&graph, config.seed)),
     };
     let mut log = Log::open(&run.dir, state.moments.step)?;

@@ -355,11 +355,11 @@ fn a_run_starts_from_given_weights() {
     let dir = tempfile::tempdir().unwrap();
     let manifest = [tiny_dataset(&dir.path().join("frames"))];
     let config = TrainConfig { learning_rate: 1e-9, ..tiny_config(1) };
-    let given = model(config.model.clone(), 7).weights().clone();
+    let given = model(config.model.clone(), 7);
     let run = TrainRun { start: Some(given.clone()), ..tiny_run(&dir.path().join("run")) };
     train(&config, &manifest, &run, &|_| ()).unwrap();
     let trained = Model::from_bytes(&std::fs::read(run.dir.join("last.safetensors")).unwrap()).unwrap();
-    for (name, tensor) in given.tensors() {
+    for (name, tensor) in given.weights().tensors() {
         let difference = largest_difference(&tensor.values, &trained.weights().get(name).values);
         // Files hold half floats.
         assert!(difference < 2e-3, "{name}: {difference}");

@@ -4,8 +4,7 @@ use super::Args;
 use crate::output;
 use crate::setup;
 use anyhow::{Context, Result, bail};
-use aonet::internals::weights::Weights;
-use aonet::net::TrainingFacts;
+use aonet::net::{Model, TrainingFacts};
 use aonet_lab::dataset::Manifest;
 use aonet_lab::train::{TrainConfig, TrainDevice, TrainEvent, TrainRun, train};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -40,9 +39,9 @@ pub(super) fn train_run(args: &Args, manifests: &[Manifest]) -> Result<TrainRun>
     })
 }
 
-fn start(args: &Args) -> Result<Option<Weights>> {
+fn start(args: &Args) -> Result<Option<Model>> {
     let Some(from) = &args.from else { return Ok(None) };
-    Ok(Some(setup::model(Some(from))?.weights().clone()))
+    Ok(Some(setup::model(Some(from))?))
 }
 
 fn device(args: &Args) -> Result<TrainDevice> {
