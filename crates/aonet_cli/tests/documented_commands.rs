@@ -74,6 +74,7 @@ const FATES: &[(&str, Fate)] = &[
     ("fuzz/run", Not("runs for half an hour; .github/workflows/fuzz.yml fuzzes every week")),
     ("scripts/kills.py", Not("200 kills of every command take ten minutes")),
     ("cargo install", Not("installs a program for good")),
+    ("MIRIFLAGS=", Not("needs a nightly toolchain, and minutes to half an hour")),
     ("cargo +nightly fuzz", Not("needs a nightly toolchain; the test fuzz_seeds replays all seeds")),
 ];
 
