@@ -331,11 +331,13 @@ pub(crate) fn classic(names: &[String]) -> Result<Vec<(String, Classic)>> {
                 let tuned = format!("{}:tuned", m.name());
                 Classic::named(&tuned).map_or((m.name().to_owned(), m), |found| (tuned, found))
             }));
-        } else if name.ends_with(".json") {
-            let method = preset(name.as_ref())?;
-            methods.push((format!("{}, {}", method.name(), name_of(name.as_ref())), method));
         } else {
-            methods.push((name.clone(), Classic::named(name)?));
+            let method = one_classic(name)?;
+            let shown = match name.ends_with(".json") {
+                true => format!("{}, {}", method.name(), name_of(name.as_ref())),
+                false => name.clone(),
+            };
+            methods.push((shown, method));
         }
     }
     Ok(methods)

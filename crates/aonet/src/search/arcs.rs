@@ -59,8 +59,8 @@ impl ArcsParams {
         Spacing::new(self.steps, self.distribution)
     }
 
-    /// Light lost for each share, in the order of [`SHARES`].
-    pub(crate) fn lost(&self) -> [f32; SHARES] {
+    /// Light lost for each share, in the order of [`Share::ALL`](super::Share::ALL), without the open one.
+    pub fn lost(&self) -> [f32; SHARES] {
         [self.hit, self.hidden_close, self.hidden_middle, self.hidden_deep, self.off]
     }
 }

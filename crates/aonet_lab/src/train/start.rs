@@ -2,7 +2,7 @@
 
 use aonet::internals::weights::Tensor;
 use aonet::net::{Channel, Model, ModelConfig, Output, SearchConfig};
-use aonet::search::{ArcsParams, Share};
+use aonet::search::Share;
 use std::collections::BTreeMap;
 
 /// A channel of the first convolution.
@@ -67,22 +67,12 @@ fn stood_for(input: Input, config: &ModelConfig) -> Vec<(Input, f32)> {
     let of_survey = (Input::Survey(channel), 1.0 / (config.patch * config.patch) as f32);
     match (channel, config.search) {
         (Channel::Light(share), Some(SearchConfig::Arcs(arcs))) => {
-            vec![(Input::Feature(Channel::HorizonOcclusion, pixel), lost(&arcs, share)), of_survey]
+            let lost = Share::ALL.into_iter().skip(1).zip(arcs.lost()).find(|(found, _)| *found == share);
+            let lost = lost.map_or(0.0, |(_, lost)| lost);
+            vec![(Input::Feature(Channel::HorizonOcclusion, pixel), lost), of_survey]
         }
         (Channel::SecondLayer, _) => vec![of_survey],
         _ => Vec::new(),
-    }
-}
-
-/// Light lost for a share.
-fn lost(arcs: &ArcsParams, share: Share) -> f32 {
-    match share {
-        Share::Open => 0.0,
-        Share::Hit => arcs.hit,
-        Share::HiddenClose => arcs.hidden_close,
-        Share::HiddenMiddle => arcs.hidden_middle,
-        Share::HiddenDeep => arcs.hidden_deep,
-        Share::Off => arcs.off,
     }
 }
 
@@ -112,6 +102,7 @@ mod tests {
     use aonet::internals::graph::Graph;
     use aonet::internals::weights::Weights;
     use aonet::net::{Features, TrainingFacts};
+    use aonet::search::ArcsParams;
 
     fn model(config: ModelConfig) -> Model {
         let weights = Weights::init(&Graph::new(&config).unwrap(), 3);

@@ -4,7 +4,7 @@ use super::Args;
 use crate::output;
 use crate::setup;
 use anyhow::{Context, Result, bail};
-use aonet::net::{Model, TrainingFacts};
+use aonet::net::TrainingFacts;
 use aonet_lab::dataset::Manifest;
 use aonet_lab::train::{TrainConfig, TrainDevice, TrainEvent, TrainRun, train};
 use indicatif::{ProgressBar, ProgressStyle};
@@ -31,17 +31,12 @@ pub(super) fn train_run(args: &Args, manifests: &[Manifest]) -> Result<TrainRun>
     let limit = args.stop_after.map(|minutes| Duration::try_from_secs_f64(60.0 * minutes));
     Ok(TrainRun {
         dir: args.output.clone(),
-        start: start(args)?,
+        start: args.from.as_deref().map(|from| setup::model(Some(from))).transpose()?,
         vgg: args.vgg.clone(),
         device: device(args)?,
         time_limit: limit.transpose().context("--stop-after")?,
         facts: facts(args, manifests),
     })
-}
-
-fn start(args: &Args) -> Result<Option<Model>> {
-    let Some(from) = &args.from else { return Ok(None) };
-    Ok(Some(setup::model(Some(from))?))
 }
 
 fn device(args: &Args) -> Result<TrainDevice> {
