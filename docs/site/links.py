@@ -1,7 +1,11 @@
 #!/usr/bin/env python3
-"""Checks that links of a static site lead to files of it, or to other sites: links.py FOLDER."""
+"""Copies the committed files that pages of a static site link to, and checks that links lead to files of it or to other sites.
+
+links.py SITE REPOSITORY"""
 import html.parser
 import pathlib
+import shutil
+import subprocess
 import sys
 import urllib.parse
 
@@ -19,8 +23,19 @@ class Links(html.parser.HTMLParser):
         self.found += [value for name, value in attributes if name == named and value]
 
 
+def copied(target, root, repository, committed):
+    """Whether a file of the site could be copied from the repository, where it has the same path."""
+    if not target.is_relative_to(root) or str(target.relative_to(root)) not in committed:
+        return False
+    target.parent.mkdir(parents=True, exist_ok=True)
+    shutil.copyfile(repository / target.relative_to(root), target)
+    return True
+
+
 def main():
-    root = pathlib.Path(sys.argv[1]).resolve()
+    root, repository = (pathlib.Path(path).resolve() for path in sys.argv[1:])
+    listed = subprocess.run(["git", "ls-files", "-z"], cwd=repository, check=True, capture_output=True, text=True)
+    committed = set(listed.stdout.split("\0"))
     checked, broken = 0, []
     for page in sorted(root.rglob("*.html")):
         for link in Links(page.read_text()).found:
@@ -29,7 +44,7 @@ def main():
                 continue
             checked += 1
             target = (page.parent / urllib.parse.unquote(parts.path)).resolve()
-            if page.name != "404.html" and not target.exists():
+            if page.name != "404.html" and not target.exists() and not copied(target, root, repository, committed):
                 broken.append(f"{page.relative_to(root)}: {link}")
     print(f"{checked} links", *broken, sep="\n")
     sys.exit(bool(broken) or checked == 0)
