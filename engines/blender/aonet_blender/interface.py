@@ -32,7 +32,8 @@ class AonetSettings(bpy.types.PropertyGroup):
         default=0.1, min=0.0, max=0.5, subtype="FACTOR",
     )
     second_layer: BoolProperty(
-        name="Second Layer", description="Render what lies behind the visible surfaces, too; High and Arcs read it", default=False,
+        name="Second Layer", description="Render what lies behind the visible surfaces, too; Balanced, High and Arcs read it",
+        default=False,
     )
     note: BoolProperty(
         name="Camera in Files",

@@ -123,8 +123,8 @@ typedef struct AonetFrame {
     /* Three floats for each pixel: unit normals, in view space or, with view_from_world, in world space. Ignored where
      * depth is infinite. */
     AonetInputImage normal;
-    /* Optional (data may be NULL): depth of a surface behind the first one, nowhere in front of it. The network "high"
-     * and the methods "arcs" and "vbao" read it. */
+    /* Optional (data may be NULL): depth of a surface behind the first one, nowhere in front of it. The networks
+     * "balanced" and "high" and the methods "arcs" and "vbao" read it. */
     AonetInputImage second_depth;
     /* One float for each pixel of the picture: from 0 (closed) to 1 (open, and where there is nothing). It may be an
      * input as well: it is written after everything has been read, and only if the run succeeds. */
