@@ -13,7 +13,8 @@ pub(crate) const PLANES: usize = SHARES + 1;
 /// What becomes of light that comes to a pixel from within the AO radius, as far as a G-buffer shows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Share {
-    /// It meets nothing, and passes behind nothing that is seen.
+    /// It meets nothing, and passes behind nothing that is seen within the AO radius. What lies behind a thing that stands farther in
+    /// front of the pixel's surface counts as open.
     Open,
     /// Something that is seen blocks it.
     Hit,
