@@ -1,12 +1,13 @@
 #!/usr/bin/env python3
-"""Kills commands of aonet at random times, or fills their disk, starts them again, and compares what they leave with undisturbed runs.
+"""Kills commands of aonet at random times and spoils their disk, starts them again, and compares what they leave with undisturbed runs.
 
-    scripts/kills.py [--aonet PATH] [--kills 200] [--seed 1] [--only NAME...] [--markdown FILE]
+    scripts/kills.py [--aonet PATH] [--kills 200] [--tries 20] [--seed 1] [--only NAME...] [--markdown FILE]
 
 Every command first runs undisturbed. Then it is started and killed (SIGKILL) after a random share of that time, again and again; each
 time the script checks that every file with a final name is whole. The command that is let alone in the end must leave the same files as the undisturbed
-one, byte for byte. `train` takes part if the program was built with the feature `train`. Needs nothing but Python and the program; full
-disks need permission to mount a tmpfs.
+one, byte for byte. Then it runs on a disk that is too small; in a folder that is read-only; while its inputs are taken away after a random time; and twice at
+the same time in one folder. `train` takes part if the program was built with the feature `train`. Needs nothing but Python and the program; full
+disks and read-only folders need permission to mount a tmpfs.
 """
 import argparse
 import hashlib
@@ -29,18 +30,18 @@ TIMES = {"seconds", "ms", "elapsed", "time"}
 FRAMES = ["--procedural", "street:0..2", "--width", "64", "--height", "48", "--spp", "16"]
 
 
-def jobs(work):
+def jobs(inputs):
     """Name, arguments of a command that runs in the folder that it writes to, and whether a second start continues the first one."""
-    data = str(work / "data")
-    frame = str(work / "frame.exr")
+    data = str(inputs / "data")
+    frame = str(inputs / "frame.exr")
     return [
         ("dataset", ["dataset", "data", "--frames", "24", *FRAMES], True),
-        ("train", ["train", str(work / "tiny.json"), "--dataset", data, "--dataset", str(work / "unseen"), "-o", "run"], True),
+        ("train", ["train", str(inputs / "tiny.json"), "--dataset", data, "--dataset", str(inputs / "unseen"), "-o", "run"], True),
         ("tune", ["tune", "gtao", "--on", data, "--frames", "2", "--trials", "12", "-o", "gtao.json"], False),
         ("eval", ["eval", data, "--classic", "all", "--split", "train", "--json", "-o", "eval.json"], False),
         ("export", ["export", "balanced", "--onnx", "balanced.onnx"], False),
         ("infer", ["infer", frame, "-o", "ao.exr"], False),
-        ("trace", ["trace", str(work / "scene.glb"), "--view", str(work / "view.json"), "--spp", "64", "-o", "frame.exr"], False),
+        ("trace", ["trace", str(inputs / "scene.glb"), "--view", str(inputs / "view.json"), "--spp", "64", "-o", "frame.exr"], False),
     ]
 
 
@@ -146,10 +147,77 @@ def full_disk(job, program, work):
     return problems
 
 
+def read_only(job, program, work):
+    """Runs a command in a read-only folder. Returns what is wrong, or None without permission to mount."""
+    name, arguments, _ = job
+    folder = work / f"{name}_read_only"
+    folder.mkdir()
+    if subprocess.run(["mount", "-t", "tmpfs", "-o", "ro", "tmpfs", str(folder)], capture_output=True).returncode != 0:
+        return None
+    try:
+        run = subprocess.run([str(program), *arguments], cwd=folder, capture_output=True, text=True)
+    finally:
+        subprocess.run(["umount", str(folder)], check=True)
+    named = run.returncode == 2 and "Read-only file system" in run.stderr
+    return [] if named else [f"read-only folder: status {run.returncode}, {run.stderr.strip()}"]
+
+
+def vanishing(job, program, tries, chance, work, seconds):
+    """Takes all inputs away while a command runs. It may be done with them; otherwise it must name one that is missing, and be complete when they
+    are back. Returns the number of runs to the end and of errors, and what is wrong; or None of a command without inputs."""
+    name, arguments, grows = job
+    inputs, gone = work / "inputs", work / "gone"
+    if not any(str(inputs) in argument for argument in arguments):
+        return None
+    expected, ends, errors, problems = contents(work / f"{name}_calm"), 0, 0, []
+    for _ in range(tries):
+        folder = work / f"{name}_vanishing"
+        folder.mkdir()
+        process = subprocess.Popen([str(program), *arguments], cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+        time.sleep(chance.uniform(0.0, seconds))
+        inputs.rename(gone)
+        said = process.communicate()[1]
+        gone.rename(inputs)
+        check_whole(folder, expected, grows, problems)
+        if process.returncode == 0:
+            ends += 1
+        elif process.returncode == 2 and "No such file" in said and str(inputs) in said:
+            errors += 1
+            subprocess.run([str(program), *arguments], cwd=folder, capture_output=True)
+        else:
+            problems.append(f"inputs taken away: status {process.returncode}, {said.strip()}")
+        if contents(folder) != expected:
+            problems.append("inputs taken away: not as in the undisturbed run")
+        shutil.rmtree(folder)
+    return ends, errors, problems
+
+
+def together(job, program, tries, chance, work, seconds):
+    """Starts a command twice in one folder, the second a random time after the first. Returns what is wrong."""
+    name, arguments, _ = job
+    expected, problems = contents(work / f"{name}_calm"), []
+    for _ in range(tries):
+        folder = work / f"{name}_together"
+        folder.mkdir()
+        start = lambda: subprocess.Popen([str(program), *arguments], cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+        first = start()
+        time.sleep(chance.uniform(0.0, seconds))
+        second = start()
+        for process in (first, second):
+            said = process.communicate()[1]
+            if process.returncode != 0:
+                problems.append(f"two at once: status {process.returncode}, {said.strip()}")
+        found = contents(folder)
+        problems += [f"two at once: {f} differs" for f in sorted({*found, *expected}) if found.get(f) != expected.get(f)]
+        shutil.rmtree(folder)
+    return problems
+
+
 def main():
     options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     options.add_argument("--aonet", type=pathlib.Path, default=pathlib.Path("target/release/aonet"))
     options.add_argument("--kills", type=int, default=200, help="of each command")
+    options.add_argument("--tries", type=int, default=20, help="of each command without its inputs, and twice at once")
     options.add_argument("--seed", type=int, default=1)
     options.add_argument("--only", nargs="*", help="names of commands")
     options.add_argument("--markdown", type=pathlib.Path, help="file to write the table to")
@@ -160,27 +228,37 @@ def main():
     rows = []
     with tempfile.TemporaryDirectory() as folder:
         work = pathlib.Path(folder)
-        (work / "view.json").write_text(VIEW)
-        (work / "tiny.json").write_text(json.dumps(TINY_NETWORK))
+        inputs = work / "inputs"
+        inputs.mkdir()
+        (inputs / "view.json").write_text(VIEW)
+        (inputs / "tiny.json").write_text(json.dumps(TINY_NETWORK))
         scene = pathlib.Path(__file__).resolve().parent.parent / "fuzz/seeds/gltf/everything.glb"
-        shutil.copy(scene, work / "scene.glb")
-        make = [["dataset", str(work / "data"), "--frames", "24", *FRAMES],
-                ["dataset", str(work / "unseen"), "--frames", "2", "--split", "val", *FRAMES],
-                ["trace", str(work / "scene.glb"), "--view", str(work / "view.json"), "--spp", "4", "-o", str(work / "frame.exr")]]
+        shutil.copy(scene, inputs / "scene.glb")
+        make = [["dataset", str(inputs / "data"), "--frames", "24", *FRAMES],
+                ["dataset", str(inputs / "unseen"), "--frames", "2", "--split", "val", *FRAMES],
+                ["trace", str(inputs / "scene.glb"), "--view", str(inputs / "view.json"), "--spp", "4", "-o", str(inputs / "frame.exr")]]
         for arguments in make:
             subprocess.run([program, *arguments], check=True, capture_output=True)
         chance = random.Random(options.seed)
-        for job in jobs(work):
+        for job in jobs(inputs):
             if (options.only and job[0] not in options.only) or (job[0] == "train" and not can_train):
                 continue
-            rows.append(torture(job, program, options.kills, chance, work))
-            found = full_disk(job, program, work)
-            rows[-1]["full disk"] = "not tried" if found is None else "wrong" if found else "error, then complete"
-            rows[-1]["problems"] += found or []
-            print(json.dumps(rows[-1]), flush=True)
+            row = torture(job, program, options.kills, chance, work)
+            outcome = lambda found, good: "not tried" if found is None else "wrong" if found else good
+            full, locked = full_disk(job, program, work), read_only(job, program, work)
+            without = vanishing(job, program, options.tries, chance, work, row["seconds"])
+            twice = together(job, program, options.tries, chance, work, row["seconds"])
+            row["full disk"] = outcome(full, "error, then complete")
+            row["read-only folder"] = outcome(locked, "error")
+            row["inputs taken away"] = "has none" if without is None else "{} done, {} refused".format(*without)
+            row["two at once"] = outcome(twice, "alike")
+            for found in (full, locked, without and without[2], twice):
+                row["problems"] += found or []
+            rows.append(row)
+            print(json.dumps(row), flush=True)
     if options.markdown:
-        head = "| command | undisturbed s | kills | runs to the end | files | wrong or half-written | temporary files left | full disk |\n|---|---:|---:|---:|---:|---:|---:|---|\n"
-        line = lambda r: "| `{command}` | {seconds} | {kills} | {ends} | {files} | {n} | {temporary files left} | {full disk} |\n".format(n=len(r["problems"]), **r)
+        head = "| command | undisturbed s | kills | runs to the end | files | wrong or half-written | temporary files left | full disk | read-only folder | inputs taken away | two at once |\n|---|---:|---:|---:|---:|---:|---:|---|---|---|---|\n"
+        line = lambda r: "| `{command}` | {seconds} | {kills} | {ends} | {files} | {n} | {temporary files left} | {full disk} | {read-only folder} | {inputs taken away} | {two at once} |\n".format(n=len(r["problems"]), **r)
         options.markdown.write_text(head + "".join(map(line, rows)))
     sys.exit(any(row["problems"] for row in rows))
 

@@ -3,7 +3,7 @@
 use crate::device::Device;
 use crate::{names, output};
 use anyhow::{Context, Result};
-use aonet::{AoImage, AoParams, BentNormals, Size};
+use aonet::{AoImage, AoParams, BentNormals, GBuffer, Size};
 use aonet_lab::ao_file::save_ao;
 use aonet_lab::bent_file::{save_ao_with_bent_normals, save_bent_normals};
 use aonet_lab::frame::{Frame, FrameHints};
@@ -31,7 +31,7 @@ pub(crate) struct FrameArgs {
     bent_normals: Option<Option<PathBuf>>,
     /// AO radius (world units); otherwise the frame's or the view's.
     #[arg(long)]
-    radius: Option<f32>,
+    pub(crate) radius: Option<f32>,
     /// Vertical field of view (degrees); otherwise the frame's or the view's.
     #[arg(long = "fov-y", value_name = "DEG")]
     fov_y: Option<f32>,
@@ -57,15 +57,31 @@ pub(crate) struct Run<'a> {
 }
 
 impl FrameArgs {
-    /// Reads the frame and its radius. `fallback` is the radius for a method that ignores it.
-    pub(crate) fn load(&self, fallback: Option<AoParams>) -> Result<(Frame, AoParams)> {
+    /// Reads the G-buffer and its radius. `fallback` is the radius for a method that ignores it.
+    pub(crate) fn load(&self, fallback: Option<AoParams>) -> Result<(GBuffer<'static>, AoParams)> {
+        let frame = |hints: &FrameHints| Frame::load_gbuffer(&self.frame, self.second.as_deref(), hints);
+        let (frame, params) = self.read(&frame, fallback)?;
+        Ok((frame.gbuffer, params))
+    }
+
+    /// Reads the frame with its reference AO, if it has one, and its radius.
+    pub(crate) fn load_with_reference(&self) -> Result<(Frame, AoParams)> {
+        let frame = |hints: &FrameHints| match &self.second {
+            Some(second) => Frame::load_with_second(&self.frame, second, hints),
+            None => Frame::load(&self.frame, hints),
+        };
+        self.read(&frame, None)
+    }
+
+    fn read(
+        &self,
+        frame: &dyn Fn(&FrameHints) -> aonet_scene::Result<Frame>,
+        fallback: Option<AoParams>,
+    ) -> Result<(Frame, AoParams)> {
         let view = self.view.as_deref().map(View::load).transpose()?;
         let given = self.radius.map(AoParams::new).transpose().context("--radius")?;
         let hints = FrameHints { view, fov_y_deg: self.fov_y, radius: self.radius, ..FrameHints::default() };
-        let frame = match &self.second {
-            Some(second) => Frame::load_with_second(&self.frame, second, &hints)?,
-            None => Frame::load(&self.frame, &hints)?,
-        };
+        let frame = frame(&hints)?;
         let params = match (given, frame.radius, fallback) {
             (Some(params), _, _) => params,
             (None, Some(radius), _) => {
@@ -127,7 +143,7 @@ impl FrameArgs {
                 "bent_normals": bent.map(|_| own.unwrap_or(&self.output)),
             }));
         }
-        output::note(&format!("{width}x{height}, radius {radius}, {ms:.1} ms"));
+        output::note(&format!("{width}x{height}, radius {radius:?}, {ms:.1} ms"));
         output::text(&format!("{}\n", self.output.display()))
     }
 }

@@ -4,6 +4,7 @@ mod device;
 mod frame_args;
 mod names;
 mod output;
+mod radius;
 mod setup;
 
 mod cmd {
@@ -178,6 +179,8 @@ mod tests {
         let examples = examples(&command_line());
         assert!(examples.len() > 40, "{examples:?}");
         for line in examples {
+            // Two spaces stand before it; help in a pipe is 100 letters wide.
+            assert!(line.len() <= 98, "does not fit on a line of the help: {line}");
             let parsed = command_line().try_get_matches_from(line.split_whitespace());
             assert!(parsed.is_ok(), "{line}: {}", parsed.unwrap_err());
         }

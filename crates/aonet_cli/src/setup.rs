@@ -1,6 +1,6 @@
 //! Parts that several commands share: a model, a scene with a view, the traced reference.
 
-use crate::output;
+use crate::{output, radius};
 use anyhow::{Context, Result, bail};
 use aonet::internals::graph::Graph;
 use aonet::internals::weights::Weights;
@@ -49,7 +49,7 @@ impl SceneArgs {
     pub(crate) fn load(&self) -> Result<(Tracer, View)> {
         let mut view = View::load(&self.view)?;
         [view.width, view.height] = self.size.or([view.width, view.height]);
-        view.radius = self.radius.unwrap_or(view.radius);
+        view.radius = radius::given_or(self.radius, view.radius)?;
         let view = self.surround.applied(view)?;
         view.camera()?;
         view.params()?;
@@ -65,7 +65,7 @@ impl SceneArgs {
 /// The size of pictures. The defaults are the command's.
 #[derive(Debug, Clone, Copy, clap::Args)]
 pub(crate) struct SizeArgs {
-    /// Image size (px), such as 1280x720 [default: the view's, else 1280x720].
+    /// Image size (px), such as 1280x720 [default: that of --view, else 1280x720].
     #[arg(long, value_name = "WxH", value_parser = parse_size, conflicts_with_all = ["width", "height"])]
     size: Option<Size>,
     /// Image width (px).
@@ -96,10 +96,10 @@ pub(crate) fn parse_size(text: &str) -> Result<Size> {
 /// What a frame shows besides the visible surfaces of its picture.
 #[derive(Debug, clap::Args)]
 pub(crate) struct SurroundArgs {
-    /// Guard band on each side, as a share of the image's width and height [default: the view's, else 0].
+    /// Guard band on each side, as a share of the image's width and height [default: that of --view, else 0].
     #[arg(long, value_name = "SHARE")]
     margin: Option<f32>,
-    /// Layers of depth and normals: 2 adds the nearest surface behind the visible one [default: the view's, else 1].
+    /// Layers of depth and normals: 2 adds the nearest surface behind the visible one [default: that of --view, else 1].
     #[arg(long, value_name = "COUNT", value_parser = clap::value_parser!(u8).range(1..=2))]
     layers: Option<u8>,
     /// Least distance of the second layer behind the first, as a share of the AO radius [default: 0.1].

@@ -57,6 +57,7 @@ fn info_knows_every_kind_of_file() {
     desk.run(
         "dataset data --procedural clutter_pile:1 --split test --frames 1 --width 32 --height 24 --spp 2",
     );
+    desk.write("nnao.safetensors", include_bytes!("../../aonet/models/nnao.safetensors"));
     std::fs::rename(desk.path("data/manifest.json"), desk.path("data/renamed.json")).unwrap();
     for (file, kind) in [
         ("scene.glb", "scene"),
@@ -67,9 +68,15 @@ fn info_knows_every_kind_of_file() {
         ("ao.png", "AO image"),
         ("data/renamed.json", "dataset"),
         ("procedural:clutter_pile:1", "scene"),
+        ("nnao", "classic method"),
+        ("gtao:tuned", "classic method"),
+        ("nnao.safetensors", "weights of nnao, a classic method"),
     ] {
         assert_eq!(desk.json(&format!("info {file} --json"))["kind"], kind, "{file}");
     }
+    // As the model card lists them.
+    assert_eq!(desk.json("info nnao.safetensors --json")["parameters"], 15421);
+    assert_eq!(desk.json("info nnao --json")["trained_weights"], 15421);
     assert!(desk.json("info model.safetensors --json")["parameters"].as_u64().is_some_and(|n| n > 1000));
 }
 
@@ -133,6 +140,7 @@ fn numbers_that_are_none_are_refused() {
 fn outputs_that_cannot_be_written_are_named() {
     let desk = Desk::new();
     std::fs::create_dir(desk.path("folder.exr")).unwrap();
+    desk.run("dataset data --procedural hall:1 --frames 1 --spp 1 --size 32x24");
     for line in [
         "infer frame.exr -o view.json/x.exr",
         "infer frame.exr -o folder.exr",
@@ -140,6 +148,11 @@ fn outputs_that_cannot_be_written_are_named() {
         "trace scene.glb --view view.json --spp 1 -o folder.exr",
         "compare ao.exr ao.exr --picture view.json/x.png",
         "demo --width 32 --height 24 --spp 1 -o view.json/out",
+        "dataset view.json/data --procedural hall:1 --frames 1 --spp 1 --size 32x24",
+        "dataset view.json --procedural hall:1 --frames 1 --spp 1 --size 32x24",
+        "export paper --onnx view.json/paper.onnx",
+        "eval data --split train -o view.json/table.md",
+        "tune gtao --on data --trials 1 -o view.json/gtao.json",
     ] {
         let output = desk.run(line);
         let stderr = String::from_utf8_lossy(&output.stderr);

@@ -2,6 +2,9 @@
 
 mod common;
 
+use aonet::search::Classic;
+use aonet::{AoImage, Camera, GBuffer, Size};
+use aonet_lab::frame::Frame;
 use common::{aonet, json, ok, refusal};
 use std::path::Path;
 
@@ -37,27 +40,84 @@ fn a_view_with_a_misspelt_field_is_refused() {
     ok(desk.path(), "render procedural:clutter_pile:5 --view noted.json -o x.exr");
 }
 
-#[test]
-fn a_radius_far_outside_of_the_trained_range_is_warned_of() {
+/// A folder with a frame of a wall at a depth of 3: its radius is exactly the wanted share of the image's height.
+fn wall() -> tempfile::TempDir {
     let desk = desk();
-    let warning = |radius: &str| {
-        let output = aonet(desk.path(), &format!("infer frame.exr -o ao.png {radius}")).output().unwrap();
-        assert_eq!(output.status.code(), Some(0), "{output:?}");
-        String::from_utf8(output.stderr).unwrap()
+    let size = Size::px(48, 32);
+    let camera = Camera::perspective(60f32.to_radians(), size).unwrap();
+    let (depth, normal) = (vec![3.0; size.pixels()], vec![[0.0, 0.0, 1.0]; size.pixels()]);
+    let gbuffer = GBuffer::new(camera, depth, normal).unwrap();
+    let ao = Some(AoImage::open(size));
+    let frame = Frame { gbuffer, geo_normal: None, ao, radius: None, view: None };
+    frame.save(&desk.path().join("wall.exr")).unwrap();
+    desk
+}
+
+/// The radius that has this share of the wall's height.
+fn of_height(share: f32) -> f32 {
+    share * 2.0 * 3.0 * 30f32.to_radians().tan()
+}
+
+fn notes(folder: &Path, line: &str) -> String {
+    let output = aonet(folder, line).output().unwrap();
+    assert_eq!(output.status.code(), Some(0), "{output:?}");
+    String::from_utf8(output.stderr).unwrap()
+}
+
+#[test]
+fn a_radius_outside_of_the_trained_range_is_warned_of() {
+    let desk = wall();
+    let warning = |share: f32| {
+        let stderr = notes(desk.path(), &format!("infer wall.exr -o ao.png --radius {}", of_height(share)));
+        stderr.lines().find(|line| line.starts_with("warning")).map(str::to_owned)
     };
-    for radius in ["--radius 1e30", "--radius 1e-6"] {
-        holds(&warning(radius), &["warning", "2 to 40 %"]);
+    for (share, shown) in [(0.016, " 1.60 %"), (0.0198, " 1.98 %"), (0.404, " 40.4 %"), (1e30, "e32 %")] {
+        let line = warning(share).unwrap_or_else(|| panic!("no warning at {share}"));
+        holds(&line, &["balanced", "2 to 40 %"]);
+        assert!(share > 1e3 || line.contains(shown), "{line}");
+        assert!(line.len() < 150, "{line}");
     }
-    assert!(!warning("").contains("warning"));
+    for share in [0.02, 0.1, 0.4] {
+        assert_eq!(warning(share), None, "{share}");
+    }
     let info = json(desk.path(), "info balanced --json");
     let range = info["radius_in_image_heights"].as_array().unwrap();
     assert_eq!(range.iter().map(|v| v.as_f64().unwrap()).collect::<Vec<_>>(), [0.02, 0.4]);
 }
 
 #[test]
+fn every_command_with_a_network_and_a_radius_warns() {
+    let desk = wall();
+    for line in [
+        "gallery wall.exr -o g.png --method gtao --radius 1e4",
+        "flicker --size 40x24 --frames 2 --spp 1 --radius 1e4",
+        "demo --size 40x24 --spp 1 -o demo --radius 1e4",
+    ] {
+        holds(&notes(desk.path(), line), &["warning", "balanced", "2 to 40 %"]);
+    }
+    assert!(!notes(desk.path(), "flicker --size 40x24 --frames 2 --spp 1").contains("warning"));
+}
+
+#[test]
+fn a_network_that_does_not_see_the_radius_says_so() {
+    let desk = wall();
+    let ignored = notes(desk.path(), "infer wall.exr -o ao.png --model paper --radius 0.5");
+    holds(&ignored, &["note", "paper", "--radius 0.5"]);
+    assert!(!notes(desk.path(), "infer wall.exr -o ao.png --model paper").contains("note"));
+}
+
+#[test]
 fn numbers_out_of_range_are_answered_in_the_units_they_were_given_in() {
     let desk = desk();
-    holds(&refused(desk.path(), "infer frame.exr -o ao.png --radius -1"), &["--radius", "-1"]);
+    for line in [
+        "infer frame.exr -o ao.png",
+        "trace procedural:clutter_pile:5 --view view.json -o x.exr",
+        "render procedural:clutter_pile:5 --view view.json -o x.exr",
+        "flicker --size 40x24",
+        "demo --size 40x24",
+    ] {
+        holds(&refused(desk.path(), &format!("{line} --radius -1")), &["--radius", "-1"]);
+    }
     holds(&refused(desk.path(), "infer frame.exr -o ao.png --fov-y 180"), &["degrees", "180"]);
     holds(&refused(desk.path(), "infer frame.exr -o ao.png --fov-y -5"), &["degrees", "-5"]);
 }
@@ -125,6 +185,14 @@ fn help_is_at_most_100_letters_wide() {
 }
 
 #[test]
+fn the_help_of_dataset_names_no_view() {
+    let desk = desk();
+    let help = ok(desk.path(), "dataset --help");
+    assert!(!help.contains("view"), "{help}");
+    holds(&help, &["[default: the preset's]"]);
+}
+
+#[test]
 fn names_of_outputs_are_checked_before_the_work() {
     let desk = desk();
     for (line, words) in [
@@ -165,13 +233,29 @@ fn every_command_that_makes_pictures_takes_their_size_in_both_ways() {
 fn all_means_the_same_methods_in_every_command() {
     let desk = desk();
     ok(desk.path(), "trace procedural:clutter_pile:5 --view view.json --ground --spp 4 -o traced.exr");
-    let names = |line: &str| -> Vec<String> {
-        let found = json(desk.path(), line);
-        let rows = found["methods"].as_array().unwrap().iter();
-        rows.map(|row| row["method"].as_str().unwrap().to_owned()).collect()
+    ok(desk.path(), "dataset data --procedural hall:1 --split test --frames 1 --spp 1 --size 40x24");
+    // Where a command's JSON has its rows. Some are networks or constants.
+    let commands = [
+        ("gallery traced.exr -o g.png --json --method", "/methods"),
+        ("eval data --json --classic", "/overall"),
+        ("bench --size 64x64 --threads 1 --runs 1 --json --classic", "/timings"),
+        ("flicker --size 40x24 --frames 2 --spp 1 --json --classic", ""),
+    ];
+    let names = |all: &str, (line, rows): (&str, &str)| -> Vec<String> {
+        let found = json(desk.path(), &format!("{line} {all}"));
+        let rows = found.pointer(rows).unwrap().as_array().unwrap().iter();
+        let names = rows.map(|row| row["method"].as_str().unwrap().to_owned());
+        let classic = |name: &String| Classic::named(name).is_ok();
+        names.filter(classic).collect()
     };
-    let tuned = names("gallery traced.exr -o g.png --json --method all:tuned --model balanced");
+    let plain: Vec<_> = Classic::all().iter().map(|method| method.name().to_owned()).collect();
+    for command in commands {
+        assert_eq!(names("all", command), plain, "{command:?}");
+    }
+    let tuned = names("all:tuned", commands[0]);
     assert!(tuned.contains(&"agtao:tuned".to_owned()) && !tuned.contains(&"agtao".to_owned()), "{tuned:?}");
-    let plain = names("gallery traced.exr -o g.png --json --method all --model balanced");
-    assert!(plain.contains(&"agtao".to_owned()) && plain.len() == tuned.len(), "{plain:?}");
+    assert_eq!(tuned.len(), plain.len());
+    for command in commands {
+        assert_eq!(names("all:tuned", command), tuned, "{command:?}");
+    }
 }

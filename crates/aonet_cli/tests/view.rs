@@ -62,6 +62,23 @@ mod viewer {
     }
 
     #[test]
+    fn a_radius_that_networks_do_not_know_is_warned_of() {
+        let dir = tempfile::tempdir().unwrap();
+        // Without a device as well: it is asked for afterwards.
+        let line = "view --headless --size 32x18 --method balanced --against paper --out x";
+        let stderr = |radius: &str| {
+            let output = aonet(dir.path(), &format!("{line} {radius}")).output().unwrap();
+            String::from_utf8(output.stderr).unwrap()
+        };
+        let said = stderr("--radius 1e4");
+        for words in ["the network balanced was trained with 2 to 40 %", "the network paper does not see"] {
+            assert!(said.contains(words), "{said}");
+        }
+        assert!(!stderr("--radius 0.5").contains("balanced"));
+        assert!(stderr("--radius -1").contains("--radius"));
+    }
+
+    #[test]
     fn one_picture_is_the_view_and_many_go_around() {
         let dir = tempfile::tempdir().unwrap();
         if !is_there(dir.path()) {

@@ -89,6 +89,18 @@ fn optional_parts_may_be_absent() {
 }
 
 #[test]
+fn a_gbuffer_alone_is_that_of_the_frame() {
+    let dir = tempfile::tempdir().unwrap();
+    let path = dir.path().join("f.exr");
+    // More rows than are decoded at once.
+    frame(37, 601).save(&path).unwrap();
+    let whole = Frame::load(&path, &FrameHints::default()).unwrap();
+    let alone = Frame::load_gbuffer(&path, None, &FrameHints::default()).unwrap();
+    assert!(whole.ao.is_some() && whole.geo_normal.is_some());
+    assert_eq!(alone, Frame { ao: None, geo_normal: None, ..whole });
+}
+
+#[test]
 fn a_margin_and_a_second_layer_survive() {
     let inner = frame(30, 20);
     let margin = Margin { x: 5, y: 3 };

@@ -7,7 +7,6 @@ use anyhow::{Context, Result};
 use aonet::search::{Classic, Options, ParameterValue, Session};
 use aonet::{AoImage, AoParams, BentNormals, GBuffer};
 use aonet_lab::ao_file;
-use aonet_lab::frame::Frame;
 use clap::Parser;
 use std::path::PathBuf;
 use std::time::Instant;
@@ -66,8 +65,7 @@ fn long_help() -> String {
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<()> {
     let method = method(args)?;
-    // Methods take memory of their own, so channels that they do not read are dropped here.
-    let (Frame { gbuffer, .. }, params) = args.frame.load(None)?;
+    let (gbuffer, params) = args.frame.load(None)?;
     let mut bent = args.frame.bent_normals(gbuffer.window().size())?;
     let (image, start) = match args.device {
         Device::Cpu => {

@@ -20,6 +20,11 @@ const FRAMES: usize = 24;
 /// Frames in a row of a contact sheet.
 const COLUMNS: usize = 4;
 
+/// What frames show besides their pictures; there is no view to take it from.
+const MARGIN: &str =
+    "Guard band on each side, as a share of the image's width and height [default: that of --from, else 0]";
+const LAYERS: &str = "Layers of depth and normals: 2 adds the nearest surface behind the visible one [default: that of --from, else 1]";
+
 /// Options that --manifest already determines.
 const NOT_WITH_FROM: [&str; 12] = [
     "preset",
@@ -43,6 +48,9 @@ const NOT_WITH_FROM: [&str; 12] = [
 #[command(
     args_conflicts_with_subcommands = true,
     subcommand_negates_reqs = true,
+    mut_arg("size", |arg| arg.help("Image size (px), such as 640x360 [default: the preset's]")),
+    mut_arg("margin", |arg| arg.help(MARGIN)),
+    mut_arg("layers", |arg| arg.help(LAYERS)),
     after_help = "Examples:\n  aonet dataset frames --frames 200 --contact-sheet sheet.png\n  \
                   aonet dataset paper --preset paper --scenes-dir scenes --shard 1/2"
 )]

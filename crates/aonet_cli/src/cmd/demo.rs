@@ -1,6 +1,7 @@
 //! `aonet demo`: one scene with the ray-traced reference and the network's AO, side by side.
 
 use crate::output::{self, Style, number, table};
+use crate::radius;
 use crate::setup::{self, StageArgs};
 use anyhow::{Context, Result};
 use aonet::metrics::{self, Comparison};
@@ -59,8 +60,9 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     if args.stage.view.is_none() && args.stage.scene.is_some() {
         view.radius = setup::radius_on_screen(&surface);
     }
-    view.radius = args.radius.unwrap_or(view.radius);
+    view.radius = radius::given_or(args.radius, view.radius)?;
     let params = view.params()?;
+    radius::check((&setup::name_of(&args.model), &model), (&surface.gbuffer, params), args.radius);
     let start = Instant::now();
     let sampling = Sampling { spp: args.spp, seed: 1 };
     let reference = setup::reference(&mut Rays::Cpu(&tracer), &surface, params, sampling)?;

@@ -22,7 +22,7 @@ use std::path::PathBuf;
 #[derive(Debug, Parser)]
 #[command(after_help = "Examples:
   aonet eval data/any --split test
-  aonet eval data/any --model runs/a/best.safetensors --model runs/b/best.safetensors --markdown -o table.md
+  aonet eval data/any --model runs/a/best.safetensors --model high --markdown -o table.md
   aonet eval data/any --model high --model high:6x16")]
 pub(crate) struct Args {
     /// Dataset folder or manifest.

@@ -1,6 +1,7 @@
 //! `aonet flicker`: how steady methods are along a camera path.
 
 use crate::output::{self, Style, number, table};
+use crate::radius;
 use crate::setup::{self, StageArgs};
 use anyhow::{Result, bail};
 use aonet::net::Model;
@@ -74,8 +75,11 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     if args.stage.view.is_none() && args.stage.scene.is_some() {
         view.radius = setup::radius_on_screen(&middle);
     }
-    view.radius = args.radius.unwrap_or(view.radius);
+    view.radius = radius::given_or(args.radius, view.radius)?;
     let params = view.params()?;
+    for (name, model) in &models {
+        radius::check((name, model), (&middle.gbuffer, params), args.radius);
+    }
     let path = render(args, &tracer, &view, &middle)?;
     let sampling = |seed| Sampling { spp: args.spp, seed };
     let reference = |(i, surface)| setup::reference(&mut Rays::Cpu(&tracer), surface, params, sampling(i));

@@ -3,7 +3,7 @@
 use crate::frame_args::FrameArgs;
 use crate::names;
 use crate::output::{self, Style, number, table};
-use crate::setup;
+use crate::{radius, setup};
 use anyhow::{Context, Result};
 use aonet::metrics::{self, Comparison};
 use aonet::net::Model;
@@ -46,10 +46,13 @@ struct Shot {
 
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<()> {
-    let (frame, params) = args.frame.load(None)?;
+    let (frame, params) = args.frame.load_with_reference()?;
     let reference = frame.ao.as_ref().context("the frame has no channel `ao` to compare with")?;
     let threads = setup::threads(args.frame.threads);
     let (classic, models) = methods(args)?;
+    for (name, model) in &models {
+        radius::check((name, model), (&frame.gbuffer, params), args.frame.radius);
+    }
     let networks =
         models.iter().map(|(name, model)| (name, Method::network(model, setup::threads(args.frame.threads))));
     let methods = classic.iter().map(|(name, method)| (name, Method::Classic { method, threads }));

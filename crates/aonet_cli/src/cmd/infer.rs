@@ -2,13 +2,10 @@
 
 use crate::device::{Device, PrecisionArg};
 use crate::frame_args::{FrameArgs, Run};
-use crate::{output, setup};
+use crate::{radius, setup};
 use anyhow::{Context, Result};
 use aonet::net::{Model, cpu};
 use aonet::{AoImage, AoParams, BentNormals, GBuffer};
-use aonet_lab::eval::phenomena::projected_radius;
-use aonet_lab::eval::radius_range;
-use aonet_lab::frame::Frame;
 use clap::Parser;
 use std::path::PathBuf;
 use std::time::Instant;
@@ -38,9 +35,6 @@ pub(crate) struct Args {
     device: Device,
 }
 
-/// Factor on both ends of the trained range before a radius is warned of: the median depth of a frame is a rough measure.
-const SLACK: f32 = 1.25;
-
 /// An image and the time when the device started it.
 type Timed = (AoImage, Instant);
 
@@ -49,27 +43,15 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     let model = setup::model(Some(&args.model))?;
     // A network that does not see the radius has it built in.
     let fallback = if model.config().features.sees_radius() { None } else { Some(AoParams::new(1.0)?) };
-    // Methods take memory of their own, so channels that they do not read are dropped here.
-    let (Frame { gbuffer, .. }, params) = args.frame.load(fallback)?;
-    warn_of_radius(&model, &gbuffer, params);
+    let (gbuffer, params) = args.frame.load(fallback)?;
+    let network = (&*setup::name_of(&args.model), &model);
+    radius::check(network, (&gbuffer, params), args.frame.radius);
     let mut bent = args.frame.bent_normals(gbuffer.window().size())?;
     let (image, start) = match args.device {
         Device::Cpu => on_cpu(args, &model, (&gbuffer, params), bent.as_mut())?,
         Device::Gpu => on_gpu(args.precision, &model, (&gbuffer, params), bent.as_mut())?,
     };
     args.frame.finish((&image, bent.as_ref()), &Run { method: "network", device: args.device, params, start })
-}
-
-/// Says on stderr when the radius is far outside of what the network was trained with: by more than the median depth may mislead.
-fn warn_of_radius(model: &Model, gbuffer: &GBuffer, params: AoParams) {
-    let (Some(range), Some(share)) = (radius_range(model), projected_radius(gbuffer, params)) else { return };
-    if share < range.start() / SLACK || share > range.end() * SLACK {
-        let [low, high] = [range.start(), range.end()].map(|end| 100.0 * end);
-        output::note(&format!(
-            "warning: the AO radius is {:.3} % of the image's height at the median depth; the network was trained with {low} to {high} %",
-            100.0 * share
-        ));
-    }
 }
 
 fn on_cpu(

@@ -3,7 +3,9 @@
 use crate::{output, setup};
 use anyhow::{Result, bail};
 use aonet::AoImage;
+use aonet::internals::nnao::{self, NnaoWeights};
 use aonet::net::shipped;
+use aonet::search::Classic;
 use aonet_lab::ao_file::load_ao;
 use aonet_lab::dataset::{Manifest, Split};
 use aonet_lab::eval::radius_range;
@@ -12,17 +14,18 @@ use aonet_scene::scene::MissingNormals;
 use aonet_scene::scene::source::SceneSource;
 use aonet_scene::{Error, View};
 use clap::Parser;
-use serde_json::{Value, json};
+use serde_json::{Map, Value, json};
 use std::path::{Path, PathBuf};
 
-/// Describe a file or a shipped network: a model, a frame, an AO image, a view, a dataset or a scene.
+/// Describe a shipped network, a classic method or a file: a model, a frame, an AO image, a view, a dataset or a scene.
 #[derive(Debug, Parser)]
 #[command(after_help = "Examples:
   aonet info high
+  aonet info nnao
   aonet info runs/a/best.safetensors
   aonet info procedural:furnished_room:3 --json")]
 pub(crate) struct Args {
-    /// fast, balanced, high, paper, .safetensors, .exr, .png, .json, .glb, .gltf, a dataset's folder, or procedural:KIND:SEED.
+    /// fast, balanced, high, paper, a classic method such as nnao or gtao:tuned, .safetensors, .exr, .png, .json, .glb, .gltf, a dataset's folder, or procedural:KIND:SEED.
     file: String,
     /// For a frame: second layer from another EXR of the same size, as `aonet infer` reads it.
     #[arg(long, value_name = "FILE.exr")]
@@ -39,8 +42,13 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     let facts = match extension.to_str().unwrap_or_default() {
         "exr" if args.second.is_some() => frame(path, args.second.as_deref())?,
         _ if args.second.is_some() => bail!("--second needs a frame (.exr), not {}", args.file),
-        "safetensors" => model(path)?,
-        "" if !path.is_file() && is_shipped(&args.file) => model(path)?,
+        "safetensors" => model(path).or_else(|why| weights_of_nnao(path).ok_or(why))?,
+        _ if !path.is_file() && is_shipped(&args.file) => model(path)?,
+        _ if !path.exists()
+            && let Ok(method) = Classic::named(&args.file) =>
+        {
+            classic(method)
+        }
         "exr" => frame(path, None).or_else(|why| match ao(path) {
             Ok(mut facts) => {
                 facts["not_a_frame"] = json!(format!("{why:#}"));
@@ -76,6 +84,25 @@ fn list(facts: &Value, depth: usize, text: &mut String) {
             other => *text += &format!("{indent}{key:<22} {other}\n"),
         }
     }
+}
+
+/// A classic method with its parameters.
+fn classic(method: Classic) -> Value {
+    let parameters = method.parameters().into_iter().map(|p| (p.name.to_owned(), json!(decimal(p.value))));
+    let weights = matches!(method, Classic::Nnao(_)).then_some(nnao::COUNT);
+    json!({
+        "kind": "classic method", "method": method.name(), "trained_weights": weights,
+        "settings": parameters.collect::<Map<_, _>>(),
+    })
+}
+
+/// The weights of NNAO, a classic method, if a file holds them.
+fn weights_of_nnao(path: &Path) -> Option<Value> {
+    let bytes = std::fs::read(path).ok()?;
+    let weights = NnaoWeights::from_bytes(&bytes).ok()?;
+    Some(json!({
+        "kind": "weights of nnao, a classic method", "parameters": weights.values().len(), "file_bytes": bytes.len(),
+    }))
 }
 
 fn is_shipped(name: &str) -> bool {

@@ -16,7 +16,7 @@ use std::path::PathBuf;
 #[derive(Debug, Parser)]
 #[command(after_help = "Examples:
   aonet train configs/balanced.json --dataset data/any --dataset data/val -o runs/balanced
-  aonet train configs/paper.json --dataset data/paper -o runs/paper --vgg vgg19.safetensors --device cuda
+  aonet train configs/paper.json --dataset data/paper -o runs/paper --vgg vgg19.safetensors
   aonet train --all configs/rows --dataset data/any -o runs --seeds 1,2")]
 pub(crate) struct Args {
     /// Training configuration (JSON).

@@ -137,17 +137,25 @@ impl<'a> ExrFile<'a> {
     pub(crate) fn planes_of(self, window: Window, wanted: &[(Channel, f32)]) -> Result<Vec<Vec<f32>>> {
         self.check_wanted(window.buffer_size(), wanted)?;
         let (meta, chunks) = chunks(self.reader, wanted)?;
-        let blocks = chunks.into_par_iter().map(|chunk| Block::decode(chunk, &meta, wanted));
-        let blocks = blocks.collect::<Result<Vec<_>>>()?;
-        check_complete(&blocks, &meta, wanted)?;
-        let plane = |(n, (channel, outside)): (usize, &(Channel, f32))| {
-            let mut plane = vec![*outside; window.buffer_size().pixels()];
-            for block in blocks.iter().filter(|block| block.index.layer == channel.part) {
-                block.place(n, &meta.headers[channel.part], (&mut plane, window));
-            }
-            plane
-        };
-        Ok(wanted.par_iter().enumerate().map(plane).collect())
+        let pixels = window.buffer_size().pixels();
+        let mut planes: Vec<_> = wanted.iter().map(|(_, outside)| vec![*outside; pixels]).collect();
+        let mut placed = Vec::new();
+        let mut chunks = chunks.into_iter();
+        // A few at a time: pages of memory cost as much as decoding.
+        let at_once = 2 * rayon::current_num_threads();
+        while chunks.len() > 0 {
+            let few: Vec<_> = chunks.by_ref().take(at_once).collect();
+            let blocks = few.into_par_iter().map(|chunk| decode(chunk, &meta));
+            let blocks = blocks.collect::<Result<Vec<_>>>()?;
+            planes.par_iter_mut().zip(wanted).for_each(|(plane, (channel, _))| {
+                for block in blocks.iter().filter(|block| block.index.layer == channel.part) {
+                    place(block, channel, &meta.headers[channel.part], (plane, window));
+                }
+            });
+            placed.extend(blocks.iter().map(|block| block.index));
+        }
+        check_complete(&placed, &meta, wanted)?;
+        Ok(planes)
     }
 
     fn check_wanted(&self, size: Size, wanted: &[(Channel, f32)]) -> Result<()> {
@@ -193,53 +201,45 @@ fn chunks(reader: Reader<Cursor<&[u8]>>, wanted: &[(Channel, f32)]) -> Result<(M
 }
 
 /// A decoded rectangle of an image.
-struct Block {
-    index: BlockIndex,
-    /// The samples of each wanted channel row by row; empty for channels of other parts.
-    samples: Vec<Vec<f32>>,
+///
+/// # Errors
+/// When it is damaged, or has not as many bytes as its pixels.
+fn decode(chunk: Chunk, meta: &MetaData) -> Result<UncompressedBlock> {
+    let block = guarded(|| UncompressedBlock::decompress_chunk(chunk, meta, false))
+        .map_err(|found| format_error("whole chunks of pixels", found))?;
+    let bytes = block.index.pixel_size.area() * meta.headers[block.index.layer].channels.bytes_per_pixel;
+    if block.data.len() != bytes {
+        return Err(format_error(format!("a chunk of {bytes} bytes"), block.data.len()));
+    }
+    Ok(block)
 }
 
-impl Block {
-    fn decode(chunk: Chunk, meta: &MetaData, wanted: &[(Channel, f32)]) -> Result<Self> {
-        let block = guarded(|| UncompressedBlock::decompress_chunk(chunk, meta, false))
-            .map_err(|found| format_error("whole chunks of pixels", found))?;
-        let header = &meta.headers[block.index.layer];
-        let Vec2(width, height) = block.index.pixel_size;
-        let line_bytes = width * header.channels.bytes_per_pixel;
-        if block.data.len() != line_bytes * height {
-            return Err(format_error(format!("a chunk of {} bytes", line_bytes * height), block.data.len()));
-        }
-        let samples = |channel: &Channel| {
-            let before = &header.channels.list[..channel.index];
-            let start = width * before.iter().map(|c| c.sample_type.bytes_per_sample()).sum::<usize>();
-            let bytes = start..start + width * channel.sample_type.bytes_per_sample();
-            let mut samples = vec![0.0; width * height];
-            for (line, out) in block.data.chunks_exact(line_bytes).zip(samples.chunks_exact_mut(width)) {
-                convert(&line[bytes.clone()], channel, out);
-            }
-            samples
-        };
-        let is_here = |channel: &Channel| channel.part == block.index.layer;
-        let samples = wanted.iter().map(|(c, _)| if is_here(c) { samples(c) } else { Vec::new() });
-        Ok(Self { index: block.index, samples: samples.collect() })
+/// Copies a channel of a block to where it lies in the display window and its margin, cropped to them.
+fn place(
+    block: &UncompressedBlock,
+    channel: &Channel,
+    header: &Header,
+    (plane, window): (&mut [f32], Window),
+) {
+    let plane_width = window.buffer_size().width();
+    let Vec2(width, _) = block.index.pixel_size;
+    let (x, y) = offset(header, block.index.pixel_position);
+    let (x, y) = (x + window.margin().x as i64, y + window.margin().y as i64);
+    let from = x.clamp(0, plane_width as i64);
+    let to = (x + width as i64).clamp(0, plane_width as i64);
+    if from >= to {
+        return;
     }
-
-    /// Copies wanted channel `n` to where it lies in the display window and its margin, cropped to them.
-    fn place(&self, n: usize, header: &Header, (plane, window): (&mut [f32], Window)) {
-        let plane_width = window.buffer_size().width();
-        let Vec2(width, _) = self.index.pixel_size;
-        let (x, y) = offset(header, self.index.pixel_position);
-        let (x, y) = (x + window.margin().x as i64, y + window.margin().y as i64);
-        let from = x.clamp(0, plane_width as i64);
-        let to = (x + width as i64).clamp(0, plane_width as i64);
-        if from >= to {
-            return;
-        }
-        let rows = 0..(plane.len() / plane_width) as i64;
-        for (y, line) in (y..).zip(self.samples[n].chunks_exact(width)).filter(|(y, _)| rows.contains(y)) {
-            let row = &mut plane[y as usize * plane_width..][..plane_width];
-            row[from as usize..to as usize].copy_from_slice(&line[(from - x) as usize..(to - x) as usize]);
-        }
+    // The channels of a line follow each other.
+    let before = &header.channels.list[..channel.index];
+    let start = width * before.iter().map(|c| c.sample_type.bytes_per_sample()).sum::<usize>();
+    let sample = channel.sample_type.bytes_per_sample();
+    let [first, end] = [from, to].map(|column| start + (column - x) as usize * sample);
+    let lines = block.data.chunks_exact(width * header.channels.bytes_per_pixel);
+    let rows = 0..(plane.len() / plane_width) as i64;
+    for (y, line) in (y..).zip(lines).filter(|(y, _)| rows.contains(y)) {
+        let row = &mut plane[y as usize * plane_width..][..plane_width];
+        convert(&line[first..end], channel, &mut row[from as usize..to as usize]);
     }
 }
 
@@ -287,12 +287,12 @@ fn claimed_bytes(header: &Header) -> u128 {
 
 /// # Errors
 /// When the blocks do not cover each wanted part exactly once.
-fn check_complete(blocks: &[Block], meta: &MetaData, wanted: &[(Channel, f32)]) -> Result<()> {
+fn check_complete(blocks: &[BlockIndex], meta: &MetaData, wanted: &[(Channel, f32)]) -> Result<()> {
     let mut seen = HashSet::new();
     let mut stored = vec![0; meta.headers.len()];
-    for BlockIndex { layer, pixel_position: Vec2(x, y), pixel_size, .. } in blocks.iter().map(|b| b.index) {
+    for BlockIndex { layer, pixel_position: Vec2(x, y), pixel_size, .. } in blocks {
         if seen.insert((layer, x, y)) {
-            stored[layer] += pixel_size.area();
+            stored[*layer] += pixel_size.area();
         }
     }
     for (channel, _) in wanted {

@@ -102,6 +102,11 @@ impl Layout {
         })
     }
 
+    /// The same without what is no G-buffer: geometric normals and AO.
+    pub(super) fn of_gbuffer(self) -> Self {
+        Self { geo_normal: None, ao: None, ..self }
+    }
+
     /// Reads the pixels of these channels in a window.
     ///
     /// # Errors

@@ -48,6 +48,15 @@ pub struct Frame {
     pub view: Option<View>,
 }
 
+/// What to read of a frame.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Part {
+    /// Everything.
+    All,
+    /// Depth and normals, of both layers.
+    GBuffer,
+}
+
 /// A frame, and whether the camera's position in the world is known.
 struct Posed {
     frame: Frame,
@@ -91,8 +100,7 @@ impl Frame {
     /// Names the file, what was expected and what was found: a channel or the camera is missing, a depth
     /// or a normal is invalid, the view has another size, or the bytes are no such image.
     pub fn load(path: &Path, hints: &FrameHints) -> Result<Self> {
-        let bytes = std::fs::read(path).map_err(Error::io(path))?;
-        Self::from_bytes(&bytes, hints).map_err(Error::in_file(path))
+        Self::read_files(path, None, hints, Part::All)
     }
 
     /// [`Frame::load`] with the visible surfaces of another file as second layer, instead of the frame's own: a frame of the
@@ -103,8 +111,21 @@ impl Frame {
     /// As [`Frame::load`]; and when the other file has no depth, is of another size, shows something in front of the first
     /// layer, or has a depth or a normal that is invalid.
     pub fn load_with_second(path: &Path, second: &Path, hints: &FrameHints) -> Result<Self> {
+        Self::read_files(path, Some(second), hints, Part::All)
+    }
+
+    /// [`Frame::load`], or [`Frame::load_with_second`], without geometric normals and AO: methods read neither.
+    ///
+    /// # Errors
+    /// As they, but for what is not read.
+    pub fn load_gbuffer(path: &Path, second: Option<&Path>, hints: &FrameHints) -> Result<Self> {
+        Self::read_files(path, second, hints, Part::GBuffer)
+    }
+
+    fn read_files(path: &Path, second: Option<&Path>, hints: &FrameHints, part: Part) -> Result<Self> {
         let bytes = std::fs::read(path).map_err(Error::io(path))?;
-        let Posed { frame, has_pose } = Self::read(&bytes, hints).map_err(Error::in_file(path))?;
+        let Posed { frame, has_pose } = Self::read(&bytes, hints, part).map_err(Error::in_file(path))?;
+        let Some(second) = second else { return Ok(frame) };
         let bytes = std::fs::read(second).map_err(Error::io(second))?;
         let layer = second::read(&bytes, (&frame.gbuffer, has_pose), hints);
         let with_second = layer.and_then(|layer| frame.gbuffer.with_second(layer));
@@ -116,12 +137,13 @@ impl Frame {
     /// # Errors
     /// As [`Frame::load`], without the file's name.
     pub fn from_bytes(bytes: &[u8], hints: &FrameHints) -> aonet::Result<Self> {
-        Ok(Self::read(bytes, hints)?.frame)
+        Ok(Self::read(bytes, hints, Part::All)?.frame)
     }
 
-    fn read(bytes: &[u8], hints: &FrameHints) -> aonet::Result<Posed> {
+    fn read(bytes: &[u8], hints: &FrameHints, part: Part) -> aonet::Result<Posed> {
         let file = ExrFile::open(bytes)?;
         let layout = Layout::find(file.channels())?;
+        let layout = if part == Part::GBuffer { layout.of_gbuffer() } else { layout };
         let seen = camera::resolve(&file, hints)?;
         let space = hints.normals.unwrap_or(layout.space);
         normals::check_pose(space, seen.has_pose)?;

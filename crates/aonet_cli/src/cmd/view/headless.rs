@@ -2,16 +2,18 @@
 
 use super::Args;
 use super::stage::Stage;
-use crate::output;
+use crate::{output, radius};
 use anyhow::{Context, Result};
 use aonet::Window;
 use aonet::gpu::{Device, wgpu};
+use aonet::net::{Model, shipped};
 use aonet_lab::frame::Frame;
 use aonet_lab::picture::save_png;
 use aonet_scene::View;
+use aonet_scene::gbuffer;
 use aonet_scene::scene::colours;
 use aonet_view::renderer::{Orbit, PassTime, readback};
-use aonet_view::{FrameParams, Renderer};
+use aonet_view::{FrameParams, Method, Renderer};
 use std::f32::consts::TAU;
 use std::path::Path;
 
@@ -20,6 +22,9 @@ const RAYS_AT_ONCE: u32 = 16;
 
 /// Draws all frames and prints their paths.
 pub(super) fn run(args: &Args, stage: Stage, out: &Path) -> Result<()> {
+    if args.radius.is_some() {
+        check_radius(args, &stage)?;
+    }
     let device = Device::wait_for()?;
     let mut scene = stage.tracer.scene().clone();
     colours::add_plain(&mut scene);
@@ -48,6 +53,18 @@ pub(super) fn run(args: &Args, stage: Stage, out: &Path) -> Result<()> {
         if args.times && renderer.has_clock() {
             output::note(&times(&device, &mut renderer, &frame)?);
         }
+    }
+    Ok(())
+}
+
+/// Says on stderr when a network was not trained with the given radius, in the stage's view.
+fn check_radius(args: &Args, stage: &Stage) -> Result<()> {
+    let names = stage.methods.map(Method::name);
+    let networks = shipped::ALL.into_iter().filter(|(name, _)| names.contains(name));
+    let surface = gbuffer::render(&stage.tracer, &stage.view)?;
+    for (name, bytes) in networks {
+        let model = Model::from_bytes(bytes)?;
+        radius::check((name, &model), (&surface.gbuffer, stage.view.params()?), args.radius);
     }
     Ok(())
 }

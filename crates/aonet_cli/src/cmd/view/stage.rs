@@ -1,6 +1,7 @@
 //! The scene of the command line and how to show it, checked.
 
 use super::Args;
+use crate::radius;
 use crate::setup::StageArgs;
 use anyhow::{Context, Result};
 use aonet_scene::View;
@@ -37,7 +38,7 @@ impl Stage {
             seed: 0,
         }
         .load()?;
-        view.radius = args.radius.unwrap_or(view.radius);
+        view.radius = radius::given_or(args.radius, view.radius)?;
         view.params()?;
         let view = args.surround.applied(view)?;
         let split = if second.is_some() { args.split } else { 1.0 };
