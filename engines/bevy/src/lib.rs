@@ -1,4 +1,4 @@
-//! Ambient occlusion of ray-traced quality for Bevy, in one noise-free frame: no temporal anti-aliasing needed.
+//! Ambient occlusion learned from traced rays for Bevy, in one noise-free frame: no temporal anti-aliasing needed.
 //!
 //! The plugin replaces the texture of Bevy's own screen-space ambient occlusion, so that indirect light of the standard
 //! materials uses it, forward and deferred. Bevy's own search does not run on such cameras.

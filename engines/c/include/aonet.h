@@ -1,4 +1,4 @@
-/* aonet: ambient occlusion of ray-traced quality from depth and normals, on the processor.
+/* aonet: ambient occlusion learned from traced rays from depth and normals, on the processor.
  *
  * A session is a network or a classic method for pictures of one size, with its memory and its threads:
  *

@@ -1,4 +1,4 @@
-"""Ambient occlusion of ray-traced quality, in screen space, from a frame's normals and depth.
+"""Ambient occlusion learned from traced rays, in screen space, from a frame's normals and depth.
 
 >>> import aonet
 >>> visibility = aonet.infer(normal, depth, radius=0.5, fov_y=60.0)  # doctest: +SKIP

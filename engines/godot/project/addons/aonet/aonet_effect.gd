@@ -1,7 +1,7 @@
 @tool
 class_name AonetEffect
 extends CompositorEffect
-## Ambient occlusion of ray-traced quality in one noise-free frame, for the Forward+ renderer.
+## Ambient occlusion learned from traced rays in one noise-free frame, for the Forward+ renderer.
 ##
 ## Add it to the effects of a [Compositor]. It takes the place of the environment's own ambient occlusion, which stays off: materials
 ## darken ambient light by it, as they do by Godot's own. The debug view [constant Viewport.DEBUG_DRAW_SSAO] shows it.
