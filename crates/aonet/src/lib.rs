@@ -1,4 +1,4 @@
-//! Ambient occlusion of ray-traced quality in screen space: a small neural network maps a frame's
+//! Ambient occlusion learned from traced rays in screen space: a small neural network maps a frame's
 //! normals and depth ([`GBuffer`]) to visibility ([`AoImage`]) in one frame.
 //!
 //! This crate is what ships inside a program: it knows no scene, no file path, no clock.

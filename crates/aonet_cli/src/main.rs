@@ -34,7 +34,7 @@ mod cmd {
 use clap::{CommandFactory, FromArgMatches, Parser, Subcommand};
 use std::process::ExitCode;
 
-/// Ambient occlusion of ray-traced quality in screen space, by a small neural network.
+/// Ambient occlusion learned from traced rays in screen space, by a small neural network.
 ///
 /// Exit status: 0 done, 1 a requested check failed, 2 could not run.
 #[derive(Debug, Parser)]

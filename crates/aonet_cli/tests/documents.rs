@@ -83,7 +83,7 @@ fn the_readme_is_short() {
 
 /// The first program of the README in a crate that depends on `aonet` alone, as a stranger would try it.
 #[test]
-fn the_readmes_program_compiles_and_runs_as_a_crate_of_its_own() {
+fn the_readmes_program_compiles_as_a_crate_of_its_own() {
     let readme = std::fs::read_to_string(root().join("README.md")).unwrap();
     let program = readme.split("```rust,no_run\n").nth(1).and_then(|rest| rest.split("```").next()).unwrap();
     assert!(program.lines().all(|line| !line.starts_with('#')), "lines that only rustdoc hides");
@@ -93,30 +93,20 @@ fn the_readmes_program_compiles_and_runs_as_a_crate_of_its_own() {
     let manifest = format!(
         "[package]\nname = \"stranger\"\nedition = \"2024\"\n\n[dependencies]\naonet = {{ path = {aonet:?} }}\n\n[workspace]\n"
     );
-    let run = |program: &str| {
+    let check = |program: &str| {
         std::fs::write(folder.join("Cargo.toml"), &manifest).unwrap();
         std::fs::write(folder.join("src/main.rs"), program).unwrap();
         std::fs::copy(root().join("Cargo.lock"), folder.join("Cargo.lock")).unwrap();
         let mut cargo = Command::new(std::env::var_os("CARGO").unwrap_or("cargo".into()));
         let target = folder.join("target");
-        cargo
-            .args(["run", "--release", "--offline", "--quiet"])
-            .env("CARGO_TARGET_DIR", target)
-            .current_dir(&folder);
+        cargo.args(["check", "--offline", "--quiet"]).env("CARGO_TARGET_DIR", target).current_dir(&folder);
         cargo.output().unwrap()
     };
-    let output = run(program);
+    let output = check(program);
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    // The test can fail: what is not public does not compile, and a frame that is refused ends the program.
-    for (from, to, word) in [
-        ("aonet::net::{", "aonet::threads::{", "threads"),
-        ("vec![5.0; size.pixels()]", "vec![-5.0; size.pixels()]", "depth"),
-    ] {
-        assert!(program.contains(from), "{from}");
-        let output = run(&program.replace(from, to));
-        let stderr = String::from_utf8_lossy(&output.stderr);
-        assert!(!output.status.success() && stderr.contains(word), "{output:?}");
-    }
+    // The test can fail: what is not public does not compile.
+    let output = check(&program.replace("aonet::net::{", "aonet::threads::{"));
+    assert!(String::from_utf8_lossy(&output.stderr).contains("threads"), "{output:?}");
 }
 
 #[test]
