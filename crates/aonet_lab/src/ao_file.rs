@@ -17,6 +17,12 @@ use std::path::Path;
 /// The chunk at the end of every PNG: no data, its name, its checksum.
 const PNG_END: &[u8] = b"\0\0\0\0IEND\xae\x42\x60\x82";
 
+/// Bytes that a byte of a PNG may become: DEFLATE expands at most 1032 times, and one bit of a palette becomes 32.
+const MOST_EXPANSION: u64 = 1032 * 32;
+
+/// Memory that a PNG may take when it is decoded: 16-bit grey of the largest size, 32768 x 32768.
+const MOST_BYTES: u64 = 1 << 31;
+
 /// Writes `image` as `.exr` (channel `ao`, 32-bit) or `.png` (16-bit grey).
 ///
 /// # Errors
@@ -69,10 +75,17 @@ pub fn save_shares(path: &Path, shares: &Shares) -> Result<()> {
 /// # Errors
 /// When the file is broken, or holds no such channel or a NaN.
 pub fn load_ao(path: &Path) -> Result<AoImage> {
-    let bytes = std::fs::read(path).map_err(Error::io(path))?;
+    read_ao(path, &std::fs::read(path).map_err(Error::io(path))?)
+}
+
+/// Reads an AO image from the contents of a file, whose extension says what they are.
+///
+/// # Errors
+/// As [`load_ao`].
+pub fn read_ao(path: &Path, bytes: &[u8]) -> Result<AoImage> {
     match extension(path).as_str() {
-        "exr" => from_exr(&bytes).map_err(Error::in_file(path)),
-        "png" => from_png(path, &bytes),
+        "exr" => from_exr(bytes).map_err(Error::in_file(path)),
+        "png" => from_png(path, bytes),
         other => Err(unknown(path, other)),
     }
 }
@@ -92,9 +105,8 @@ fn from_exr(bytes: &[u8]) -> aonet::Result<AoImage> {
 fn from_png(path: &Path, bytes: &[u8]) -> Result<AoImage> {
     let wrong = |e: image::ImageError| Error::file(path, "a PNG", e);
     let mut reader = ImageReader::with_format(Cursor::new(bytes), ImageFormat::Png);
-    // DEFLATE expands at most 1032 times.
     let mut limits = Limits::default();
-    limits.max_alloc = Some(bytes.len() as u64 * 1100 + (1 << 20));
+    limits.max_alloc = Some((bytes.len() as u64 * MOST_EXPANSION + (1 << 20)).min(MOST_BYTES));
     reader.limits(limits);
     let grey = reader.decode().map_err(wrong)?.into_luma16();
     // The decoder accepts a file with all pixels; a truncated file is refused as well.
@@ -147,6 +159,13 @@ mod tests {
         for name in ["normal.Y", "Normal.R", "depth", "shadow_chao.R"] {
             assert!(from_exr(&file(name)).unwrap_err().to_string().contains(name), "{name}");
         }
+    }
+
+    #[test]
+    fn a_png_of_one_bit_a_pixel_is_read_however_short_it_is() {
+        // 1280 x 1280 pixels in 280 bytes.
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/images/one_bit.png");
+        assert!(load_ao(&path).unwrap().visibility().iter().all(|v| *v == 0.0));
     }
 
     #[test]

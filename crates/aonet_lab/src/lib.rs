@@ -25,4 +25,5 @@ pub mod table;
 pub mod timing;
 #[cfg(feature = "train")]
 pub mod train;
+pub mod train_config;
 pub mod tune;

@@ -132,14 +132,21 @@ mod far_or_infinite {
 }
 
 impl View {
-    /// Reads a view from a JSON file. Besides the fields of a view it may have [`NOTES`].
+    /// Reads a view from a JSON file.
     ///
     /// # Errors
-    /// When the file cannot be read, is no such JSON, has a field of another name, or holds a camera or radius out of range.
+    /// When the file cannot be read or [`View::from_bytes`] refuses it.
     pub fn load(path: &Path) -> Result<Self> {
-        let text = std::fs::read(path).map_err(Error::io(path))?;
+        Self::from_bytes(&std::fs::read(path).map_err(Error::io(path))?, path)
+    }
+
+    /// Reads a view from JSON text; `path` is for messages. Besides the fields of a view it may have [`NOTES`].
+    ///
+    /// # Errors
+    /// When it is no such JSON, has a field of another name, or holds a camera or radius out of range.
+    pub fn from_bytes(bytes: &[u8], path: &Path) -> Result<Self> {
         let wrong = |e| Error::file(path, "a view (JSON with eye, target, width, height, radius)", e);
-        let json: serde_json::Value = serde_json::from_slice(&text).map_err(wrong)?;
+        let json: serde_json::Value = serde_json::from_slice(bytes).map_err(wrong)?;
         let other = json.as_object().and_then(|fields| fields.keys().find(|name| !is_known(name)).cloned());
         if let Some(name) = other {
             let expected = format!("fields of a view: {}; or notes: {}", FIELDS.join(", "), NOTES.join(", "));

@@ -1,5 +1,6 @@
 //! Exact shares of light in place of what a network's survey finds: for networks that tell what a better survey would be worth.
 
+use super::config::ExactSurvey;
 use crate::dataset::FrameEntry;
 use crate::exact::Extent;
 use crate::exr_file::ExrFile;
@@ -10,18 +11,6 @@ use aonet::net::Model;
 use aonet::search::Share;
 use aonet::{AoImage, AoParams, GBuffer, Size};
 use aonet_scene::error::{Error, Result};
-use serde::{Deserialize, Serialize};
-use std::path::PathBuf;
-
-/// Exact shares of light of the frames of a dataset, validation frames included.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct ExactSurvey {
-    /// Folder that [`save_all`](crate::exact::save_all) has written.
-    pub folder: PathBuf,
-    /// What the frames show.
-    pub extent: Extent,
-}
 
 impl ExactSurvey {
     /// Reads what a survey would find in a frame if it missed nothing: a cell for every patch of the picture.

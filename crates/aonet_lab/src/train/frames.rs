@@ -1,7 +1,6 @@
 //! The frames of a run in memory, kept for the next run.
 
-use super::config::TrainConfig;
-use super::exact_survey::ExactSurvey;
+use super::config::{ExactSurvey, TrainConfig};
 use super::samples::{self, Sample};
 use super::validate::Validation;
 use super::{TrainEvent, TrainEvents};

@@ -5,7 +5,6 @@
 //! and `last.safetensors` (models) and `curves.svg`.
 
 mod checkpoint;
-pub mod config;
 mod exact_survey;
 mod flex_ops;
 mod frames;
@@ -26,8 +25,8 @@ mod timings;
 mod validate;
 mod vgg;
 
-pub use config::{Augment, LossConfig, Optimizer, SsimWindow, TrainConfig};
-pub use exact_survey::ExactSurvey;
+pub use crate::train_config as config;
+pub use config::{Augment, ExactSurvey, LossConfig, Optimizer, SsimWindow, TrainConfig};
 pub use frames::Frames;
 pub use validate::ValidationScores;
 

@@ -17,8 +17,9 @@ const FLAT_CONSTANTS: (f64, f64) = (1e-4, 1e-3);
 /// Exponents of the scales, finest first. Wang et al. 2003, §3.2.
 const SCALES: [f64; 5] = [0.0448, 0.2856, 0.3001, 0.2363, 0.1333];
 
-/// Smallest side that leaves one window at the coarsest scale (px).
-pub(super) const LEAST_MS_SSIM_SIDE: usize = GAUSSIAN_SIDE << (SCALES.len() - 1);
+pub(super) use super::config::LEAST_MS_SSIM_SIDE;
+
+const _: () = assert!(LEAST_MS_SSIM_SIDE == GAUSSIAN_SIDE << (SCALES.len() - 1));
 
 /// What a scale's mean is raised to: a negative one has no power. guess: the slope of its power stays below 1000.
 const LEAST_MEAN: f64 = 1e-4;

@@ -11,6 +11,13 @@ use std::sync::Arc;
 // guess: more than any visible texture needs.
 const MOST_DECODED_BYTES: u64 = 1 << 28;
 
+/// Bytes that a byte of a file may become: DEFLATE expands at most 1032 times, and one bit of a palette becomes 32. JPEG expands less.
+const MOST_EXPANSION: u64 = 1032 * 32;
+
+/// Memory of the decoders themselves.
+// guess: a hundred times their tables.
+const FOR_DECODERS_BYTES: u64 = 1 << 20;
+
 /// Texels of the mip levels, largest first: red, green, blue and alpha, sRGB.
 pub(super) type Levels = Vec<RgbaImage>;
 
@@ -32,12 +39,7 @@ pub(super) fn size(image: &Image) -> Result<(u32, u32), String> {
 /// Why it cannot be shown.
 pub(super) fn levels(image: &Image, side: u32) -> Result<Levels, String> {
     size(image)?;
-    let mut reader = reader(image)?;
-    let mut limits = Limits::default();
-    // Scaled with 16 bits per channel.
-    limits.max_alloc = Some(2 * MOST_DECODED_BYTES);
-    reader.limits(limits);
-    let decoded = reader.decode().map_err(|e| e.to_string())?.into_rgba8();
+    let decoded = reader(image)?.decode().map_err(|e| e.to_string())?.into_rgba8();
     let light = Light::new();
     Ok(light.smaller(light.squared(decoded, side)))
 }
@@ -49,8 +51,14 @@ pub(super) fn plain(side: u32) -> Levels {
 }
 
 fn reader(image: &Image) -> Result<ImageReader<Cursor<Arc<[u8]>>>, String> {
-    let reader = ImageReader::new(Cursor::new(image.read()?)).with_guessed_format();
-    let reader = reader.map_err(|e| e.to_string())?;
+    let bytes = image.read()?;
+    let mut limits = Limits::default();
+    let most_bytes = bytes.len() as u64 * MOST_EXPANSION + FOR_DECODERS_BYTES;
+    // Scaled with 16 bits per channel.
+    limits.max_alloc = Some(most_bytes.min(2 * MOST_DECODED_BYTES));
+    let reader = ImageReader::new(Cursor::new(bytes)).with_guessed_format();
+    let mut reader = reader.map_err(|e| e.to_string())?;
+    reader.limits(limits);
     match reader.format() {
         Some(format) if format.reading_enabled() => Ok(reader),
         Some(format) => Err(format!("{}, where PNG and JPEG are known", format.to_mime_type())),
@@ -73,11 +81,12 @@ impl Light {
         Self { of, encoded: (0..=STEPS).map(|step| encoded(step as f32 / STEPS as f32)).collect() }
     }
 
-    /// Means of four texels, in linear light. The last of an odd number of rows or columns is left out.
-    fn half(&self, image: &RgbaImage) -> RgbaImage {
-        RgbaImage::from_fn(image.width() / 2, image.height() / 2, |x, y| {
-            let texels =
-                [(0, 0), (1, 0), (0, 1), (1, 1)].map(|(dx, dy)| image.get_pixel(2 * x + dx, 2 * y + dy).0);
+    /// Means of so many texels along x and y (1 or 2), in linear light. The last of an odd number of rows or columns is left out.
+    fn shrunk(&self, image: &RgbaImage, [along_x, along_y]: [u32; 2]) -> RgbaImage {
+        RgbaImage::from_fn(image.width() / along_x, image.height() / along_y, |x, y| {
+            let texel =
+                |dx: u32, dy: u32| image.get_pixel(along_x * x + dx % along_x, along_y * y + dy % along_y).0;
+            let texels = [texel(0, 0), texel(1, 0), texel(0, 1), texel(1, 1)];
             let sum = |c: usize| texels.iter().map(|t| self.of[usize::from(t[c])]).sum::<f32>();
             let mean = |c| self.encoded[(sum(c) * (STEPS as f32 / 4.0)).round() as usize];
             image::Rgba([mean(0), mean(1), mean(2), 255])
@@ -85,10 +94,15 @@ impl Light {
     }
 
     /// Stretches the image to a square; texture coordinates do not depend on the size. Halving works in linear light, and the
-    /// remaining factor below two is scaled in sRGB values, as other programs do.
+    /// remaining factor below two is scaled in sRGB values, as other programs do. Each side is halved by itself: `resize` takes
+    /// memory for the width of the old image times the height of the new one.
     fn squared(&self, mut image: RgbaImage, side: u32) -> RgbaImage {
-        while image.width() >= 2 * side && image.height() >= 2 * side {
-            image = self.half(&image);
+        loop {
+            let along = [image.width(), image.height()].map(|length| if length >= 2 * side { 2 } else { 1 });
+            if along == [1, 1] {
+                break;
+            }
+            image = self.shrunk(&image, along);
         }
         match image.dimensions() == (side, side) {
             true => image,
@@ -102,7 +116,7 @@ impl Light {
         while let Some(last) = levels.last()
             && last.width() > 1
         {
-            levels.push(self.half(last));
+            levels.push(self.shrunk(last, [2, 2]));
         }
         levels
     }
@@ -172,6 +186,18 @@ mod tests {
     }
 
     #[test]
+    fn a_long_image_takes_no_more_memory_than_a_square_one() {
+        // Its width times the side of the square would be 17 GB.
+        let long = RgbaImage::from_fn(1 << 20, 1, |x, _| Rgba([if x < 1 << 19 { 0 } else { 255 }; 4]));
+        for (image, [dark, light]) in
+            [(imageops::rotate90(&long), [(9, 0), (9, 1023)]), (long, [(0, 9), (1023, 9)])]
+        {
+            let found = levels(&file(&image, ImageFormat::Png), 1024).unwrap();
+            assert_eq!([dark, light].map(|(x, y)| found[0].get_pixel(x, y)[0]), [0, 255]);
+        }
+    }
+
+    #[test]
     fn what_cannot_be_shown_says_why() {
         let whole = file(&RgbaImage::from_pixel(64, 64, Rgba([1, 2, 3, 255])), ImageFormat::Png);
         let bytes = whole.read().unwrap();
@@ -183,6 +209,11 @@ mod tests {
         let mut huge = bytes.to_vec();
         huge[16..24].copy_from_slice(&[0x7f, 0xff, 0xff, 0xff, 0x7f, 0xff, 0xff, 0xff]);
         assert!(levels(&of(&huge), 4).is_err());
+        // 8192 x 8192 texels would fit, but not in a file of this length.
+        huge[16..24].copy_from_slice(&[0, 0, 0x20, 0, 0, 0, 0x20, 0]);
+        huge[29..33].copy_from_slice(&[0xfd, 0xc8, 0x5d, 0x0e]);
+        let why = levels(&of(&huge), 4).unwrap_err();
+        assert!(why.contains("Memory limit"), "{why}");
         let webp = b"RIFF\x24\0\0\0WEBPVP8 ";
         for (image, named) in [
             (of(webp), "webp"),

@@ -1,9 +1,12 @@
 //! A camera path through a scene: recorded in the window, replayed at any rate, stored as JSON.
 
 use super::orbit::Orbit;
-use crate::{Error, Result};
+use aonet_scene::{Error, Result};
 use glam::Vec3;
 use serde::{Deserialize, Serialize};
+
+/// Largest number of a path, with either sign. guess: beyond any scene, and a cubic through such numbers stays finite.
+const MOST: f32 = 1e15;
 
 /// Where the viewer is at a time, world space.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -27,7 +30,7 @@ impl CameraPath {
     /// Reads a path from JSON text: `{"keys": [{"seconds": 0, "eye": [0, 1, 3], "target": [0, 0, 0]}, ..]}`.
     ///
     /// # Errors
-    /// When it is no such JSON, has no keys, a number is not finite, eye and target are equal, or times do not increase.
+    /// When it is no such JSON, has no keys, a number is beyond 1e15, eye and target are equal, or times do not increase.
     pub fn from_json(text: &[u8]) -> Result<Self> {
         let expected = "a camera path (JSON with keys of seconds, eye and target)";
         let path: Self =
@@ -37,9 +40,11 @@ impl CameraPath {
         }
         for (i, key) in path.keys.iter().enumerate() {
             let (eye, target) = (Vec3::from(key.eye), Vec3::from(key.target));
-            if !key.seconds.is_finite() || !eye.is_finite() || !target.is_finite() || eye == target {
+            let numbers = key.eye.iter().chain(&key.target).chain([&key.seconds]);
+            if !numbers.into_iter().all(|number| number.abs() <= MOST) || eye == target {
                 let what = format!("camera path, key {i}");
-                return Err(Error::request(what, "finite numbers and eye != target", format!("{key:?}")));
+                let expected = format!("numbers up to {MOST:e} and eye != target");
+                return Err(Error::request(what, expected, format!("{key:?}")));
             }
         }
         if let Some(i) = path.keys.windows(2).position(|k| k[1].seconds <= k[0].seconds) {
@@ -81,17 +86,19 @@ impl CameraPath {
             let (Some(a), Some(b)) = (self.keys.get(i), self.keys.get(next)) else { return of(first).into() };
             let span = b.seconds - a.seconds;
             let t = (seconds - a.seconds) / span;
-            let slopes = [self.slope(i, of), self.slope(next, of)].map(|slope| span * slope);
+            let slopes = [i, next].map(|key| self.change(key, span, of));
             hermite([of(a), of(b)].map(Vec3::from), slopes, t)
         };
         Some(Orbit::new(along(|key| key.eye), along(|key| key.target)))
     }
 
-    /// Change a second at a key: from the key before to the one after.
-    fn slope(&self, i: usize, of: fn(&Key) -> [f32; 3]) -> Vec3 {
+    /// Change within `span` (s) at a key, as fast as from the key before to the one after.
+    fn change(&self, i: usize, span: f32, of: fn(&Key) -> [f32; 3]) -> Vec3 {
         let before = &self.keys[i.saturating_sub(1)];
         let after = &self.keys[(i + 1).min(self.keys.len() - 1)];
-        (Vec3::from(of(after)) - Vec3::from(of(before))) / (after.seconds - before.seconds)
+        // A share of the time, in [0, 1]: the change a second overflows where keys are close.
+        let share = span / (after.seconds - before.seconds);
+        share * (Vec3::from(of(after)) - Vec3::from(of(before)))
     }
 }
 
@@ -124,6 +131,15 @@ mod tests {
     }
 
     #[test]
+    fn keys_that_are_close_in_time_leave_the_viewer_somewhere() {
+        let way = path(&[(0.0, 0.0), (1e-40, 5.0), (2e-40, -3.0)]);
+        for seconds in [0.0, 5e-41, 1.3e-40, 2e-40] {
+            let orbit = way.at(seconds).unwrap();
+            assert!(orbit.eye().is_finite() && orbit.target.is_finite(), "{seconds}: {orbit:?}");
+        }
+    }
+
+    #[test]
     fn before_and_after_is_the_first_and_the_last_key() {
         let way = path(&[(1.0, 0.0), (2.0, 1.0)]);
         assert!((way.at(-5.0).unwrap().eye().x).abs() < 1e-5);
@@ -148,6 +164,8 @@ mod tests {
             (r#"{"keys": []}"#, "at least one"),
             (r#"{"keys": [{"seconds": 0, "eye": [0,0,0], "target": [0,0,0]}]}"#, "eye != target"),
             (r#"{"keys": [{"seconds": 0, "eye": [0,0,1e39], "target": [0,0,0]}]}"#, "out of range"),
+            (r#"{"keys": [{"seconds": 0, "eye": [0,0,-3e38], "target": [0,0,0]}]}"#, "up to 1e15"),
+            (r#"{"keys": [{"seconds": -3e38, "eye": [0,0,1], "target": [0,0,0]}]}"#, "up to 1e15"),
             (
                 r#"{"keys": [{"seconds": 1, "eye": [0,0,1], "target": [0,0,0]},
                 {"seconds": 1, "eye": [0,0,1], "target": [0,0,0]}]}"#,

@@ -1,12 +1,13 @@
 //! The configuration of a training run: a JSON file that, with a dataset and a seed, determines the weights.
 
-use super::exact_survey::ExactSurvey;
-use super::ssim::LEAST_MS_SSIM_SIDE;
 use crate::exact::Extent;
 use aonet::net::ModelConfig;
 use aonet_scene::error::{Error, Result};
 use serde::{Deserialize, Serialize};
-use std::path::Path;
+use std::path::{Path, PathBuf};
+
+/// Smallest side of crops for `ms_ssim` (px): it leaves one window of 11 px at the coarsest of five scales.
+pub(crate) const LEAST_MS_SSIM_SIDE: usize = 11 << 4;
 
 /// A training run, as in AO-Net §3.4 and §4.1.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -118,6 +119,16 @@ pub struct Augment {
     pub without_second: f64,
 }
 
+/// Exact shares of light of the frames of a dataset, validation frames included.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ExactSurvey {
+    /// Folder that [`save_all`](crate::exact::save_all) has written.
+    pub folder: PathBuf,
+    /// What the frames show.
+    pub extent: Extent,
+}
+
 impl TrainConfig {
     /// The paper's settings for a network: Eq. 5, batch 16, crops of 256.
     pub fn paper(model: ModelConfig) -> Self {
@@ -148,11 +159,18 @@ impl TrainConfig {
     /// Reads a configuration from a JSON file.
     ///
     /// # Errors
-    /// When the file cannot be read or a field is missing, unknown or out of range.
+    /// When the file cannot be read or [`TrainConfig::from_bytes`] refuses it.
     pub fn load(path: &Path) -> Result<Self> {
-        let text = std::fs::read(path).map_err(Error::io(path))?;
+        Self::from_bytes(&std::fs::read(path).map_err(Error::io(path))?, path)
+    }
+
+    /// Reads a configuration from the contents of a file; `path` is for messages.
+    ///
+    /// # Errors
+    /// When a field is missing, unknown or out of range.
+    pub fn from_bytes(bytes: &[u8], path: &Path) -> Result<Self> {
         let config: Self =
-            serde_json::from_slice(&text).map_err(|e| Error::file(path, "a training configuration", e))?;
+            serde_json::from_slice(bytes).map_err(|e| Error::file(path, "a training configuration", e))?;
         config.checked()
     }
 
@@ -229,7 +247,6 @@ impl LossConfig {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::path::PathBuf;
 
     fn ms_ssim(weight: f64, crop: usize) -> TrainConfig {
         let paper = TrainConfig::paper(ModelConfig::paper());

@@ -1,0 +1,6 @@
+//! Images of scenes (PNG, JPEG), and AO images (PNG).
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
+    aonet_fuzz::image(bytes);
+});

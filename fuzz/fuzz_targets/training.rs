@@ -1,0 +1,6 @@
+//! Configurations of training.
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| {
+    aonet_fuzz::training(bytes);
+});
