@@ -1,8 +1,8 @@
 //! What the targets do with a file. The test `fuzz_seeds` of `aonet_lab` includes this file and replays the seeds with it.
 
+use aonet::Size;
 use aonet::gpu::{Program, Template};
 use aonet::net::{Model, ModelConfig, WeightFormat};
-use aonet::{AoImage, Size};
 use aonet_lab::ao_file::read_ao;
 use aonet_lab::dataset::Manifest;
 use aonet_lab::frame::{Frame, FrameHints};
@@ -11,6 +11,8 @@ use aonet_lab::train_config::TrainConfig;
 use aonet_scene::View;
 use aonet_scene::scene::textures::{Image, ImageFile};
 use aonet_scene::scene::{MissingNormals, gltf};
+use serde::Serialize;
+use std::fmt::Debug;
 use std::path::Path;
 
 // Three files of `aonet_view`: the whole crate needs wgpu, which takes minutes to build.
@@ -48,12 +50,20 @@ pub const ALL: [(&str, Target); 11] = [
 /// Targets that make their own input and have no seeds.
 pub const WITHOUT_SEEDS: [&str; 2] = ["api", "gltf_fields"];
 
+/// Whether JSON is read. What was read must be the same after it is written and read again.
+fn reads_back<T: Serialize + PartialEq + Debug, E: Debug>(
+    bytes: &[u8],
+    read: impl Fn(&[u8]) -> Result<T, E>,
+) -> bool {
+    let Ok(value) = read(bytes) else { return false };
+    let again = serde_json::to_vec(&value).expect("what was read is JSON");
+    assert_eq!(read(&again).expect("and reads back"), value);
+    true
+}
+
 /// Configurations of networks.
 pub fn config(bytes: &[u8]) -> bool {
-    let Ok(config) = serde_json::from_slice::<ModelConfig>(bytes) else { return false };
-    let again = serde_json::to_vec(&config).expect("a sound configuration is JSON");
-    assert_eq!(serde_json::from_slice::<ModelConfig>(&again).expect("and reads back"), config);
-    true
+    reads_back::<ModelConfig, _>(bytes, |bytes| serde_json::from_slice(bytes))
 }
 
 /// Frame files.
@@ -76,7 +86,7 @@ const SIDE: u32 = 16;
 pub fn image(bytes: &[u8]) -> bool {
     let ao = read_ao(Path::new("fuzz.png"), bytes);
     if let Ok(ao) = &ao {
-        is_open_or_closed(ao);
+        assert!(ao.visibility().iter().all(|v| (0.0..=1.0).contains(v)), "visibility out of range");
     }
     let image = Image { name: "fuzz".into(), file: Ok(ImageFile::Embedded(bytes.into())) };
     let levels = decode::levels(&image, SIDE);
@@ -88,17 +98,9 @@ pub fn image(bytes: &[u8]) -> bool {
     ao.is_ok() || levels.is_ok()
 }
 
-fn is_open_or_closed(image: &AoImage) {
-    assert!(image.visibility().iter().all(|v| (0.0..=1.0).contains(v)), "visibility out of range");
-}
-
 /// Dataset manifests.
 pub fn manifest(bytes: &[u8]) -> bool {
-    let path = Path::new("fuzz/manifest.json");
-    let Ok(manifest) = Manifest::from_bytes(bytes, path) else { return false };
-    let again = serde_json::to_vec(&manifest).expect("a sound manifest is JSON");
-    assert_eq!(Manifest::from_bytes(&again, path).expect("and reads back"), manifest);
-    true
+    reads_back(bytes, |bytes| Manifest::from_bytes(bytes, Path::new("fuzz/manifest.json")))
 }
 
 /// Camera paths, replayed from before their start until after their end.
@@ -116,11 +118,7 @@ pub fn path(bytes: &[u8]) -> bool {
 
 /// Presets of classic methods.
 pub fn preset(bytes: &[u8]) -> bool {
-    let path = Path::new("fuzz/preset.json");
-    let Ok(preset) = Preset::from_bytes(bytes, path) else { return false };
-    let again = serde_json::to_vec(&preset).expect("a sound preset is JSON");
-    assert_eq!(Preset::from_bytes(&again, path).expect("and reads back"), preset);
-    true
+    reads_back(bytes, |bytes| Preset::from_bytes(bytes, Path::new("fuzz/preset.json")))
 }
 
 /// Program files of one size and of every size: JSON, a zero, and the block of bytes.
@@ -149,20 +147,12 @@ pub fn program(bytes: &[u8]) -> bool {
 
 /// Configurations of training.
 pub fn training(bytes: &[u8]) -> bool {
-    let path = Path::new("fuzz/training.json");
-    let Ok(config) = TrainConfig::from_bytes(bytes, path) else { return false };
-    let again = serde_json::to_vec(&config).expect("a sound configuration is JSON");
-    assert_eq!(TrainConfig::from_bytes(&again, path).expect("and reads back"), config);
-    true
+    reads_back(bytes, |bytes| TrainConfig::from_bytes(bytes, Path::new("fuzz/training.json")))
 }
 
 /// Views, and the cameras they make.
 pub fn view(bytes: &[u8]) -> bool {
-    let path = Path::new("fuzz/view.json");
-    let Ok(view) = View::from_bytes(bytes, path) else { return false };
-    let again = serde_json::to_vec(&view).expect("a sound view is JSON");
-    assert_eq!(View::from_bytes(&again, path).expect("and reads back"), view);
-    true
+    reads_back(bytes, |bytes| View::from_bytes(bytes, Path::new("fuzz/view.json")))
 }
 
 /// Weights files.

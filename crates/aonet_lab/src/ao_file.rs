@@ -9,6 +9,7 @@ use aonet::search::{Share, Shares};
 use aonet::{AoImage, Size};
 use aonet_scene::atomic_file;
 use aonet_scene::error::{Error, Result};
+use aonet_scene::scene::textures::most_decoded_bytes;
 use exr::prelude::FlatSamples;
 use image::{ImageBuffer, ImageFormat, ImageReader, Limits, Luma};
 use std::io::Cursor;
@@ -16,9 +17,6 @@ use std::path::Path;
 
 /// The chunk at the end of every PNG: no data, its name, its checksum.
 const PNG_END: &[u8] = b"\0\0\0\0IEND\xae\x42\x60\x82";
-
-/// Bytes that a byte of a PNG may become: DEFLATE expands at most 1032 times, and one bit of a palette becomes 32.
-const MOST_EXPANSION: u64 = 1032 * 32;
 
 /// Memory that a PNG may take when it is decoded: 16-bit grey of the largest size, 32768 x 32768.
 const MOST_BYTES: u64 = 1 << 31;
@@ -106,7 +104,7 @@ fn from_png(path: &Path, bytes: &[u8]) -> Result<AoImage> {
     let wrong = |e: image::ImageError| Error::file(path, "a PNG", e);
     let mut reader = ImageReader::with_format(Cursor::new(bytes), ImageFormat::Png);
     let mut limits = Limits::default();
-    limits.max_alloc = Some((bytes.len() as u64 * MOST_EXPANSION + (1 << 20)).min(MOST_BYTES));
+    limits.max_alloc = Some(most_decoded_bytes(bytes.len()).min(MOST_BYTES));
     reader.limits(limits);
     let grey = reader.decode().map_err(wrong)?.into_luma16();
     // The decoder accepts a file with all pixels; a truncated file is refused as well.

@@ -200,7 +200,7 @@ fn chunks(reader: Reader<Cursor<&[u8]>>, wanted: &[(Channel, f32)]) -> Result<(M
     read.map_err(|found| format_error("whole chunks of pixels", found))
 }
 
-/// A decoded rectangle of an image.
+/// Decodes a rectangle of an image.
 ///
 /// # Errors
 /// When it is damaged, or has not as many bytes as its pixels.

@@ -3,6 +3,16 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
+/// Memory of the decoders themselves.
+// guess: a hundred times their tables.
+const FOR_DECODERS_BYTES: u64 = 1 << 20;
+
+/// Memory (bytes) that a PNG or a JPEG of so many bytes may take when it is decoded. DEFLATE expands at most 1032 times, and one bit of a
+/// palette becomes 32; JPEG expands less.
+pub const fn most_decoded_bytes(file_bytes: usize) -> u64 {
+    file_bytes as u64 * 1032 * 32 + FOR_DECODERS_BYTES
+}
+
 /// Images, and the decals of triangles.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Textures {

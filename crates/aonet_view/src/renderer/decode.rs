@@ -1,7 +1,7 @@
 //! Decodes image files into square textures with all mip levels.
 
 use aonet_scene::scene::DEFAULT_ALBEDO;
-use aonet_scene::scene::textures::Image;
+use aonet_scene::scene::textures::{Image, most_decoded_bytes};
 use image::imageops::{self, FilterType};
 use image::{ImageReader, Limits, RgbaImage};
 use std::io::Cursor;
@@ -10,13 +10,6 @@ use std::sync::Arc;
 /// Memory that an image may take when it is decoded: 8192 x 8192 texels of 8 bits.
 // guess: more than any visible texture needs.
 const MOST_DECODED_BYTES: u64 = 1 << 28;
-
-/// Bytes that a byte of a file may become: DEFLATE expands at most 1032 times, and one bit of a palette becomes 32. JPEG expands less.
-const MOST_EXPANSION: u64 = 1032 * 32;
-
-/// Memory of the decoders themselves.
-// guess: a hundred times their tables.
-const FOR_DECODERS_BYTES: u64 = 1 << 20;
 
 /// Texels of the mip levels, largest first: red, green, blue and alpha, sRGB.
 pub(super) type Levels = Vec<RgbaImage>;
@@ -53,9 +46,8 @@ pub(super) fn plain(side: u32) -> Levels {
 fn reader(image: &Image) -> Result<ImageReader<Cursor<Arc<[u8]>>>, String> {
     let bytes = image.read()?;
     let mut limits = Limits::default();
-    let most_bytes = bytes.len() as u64 * MOST_EXPANSION + FOR_DECODERS_BYTES;
     // Scaled with 16 bits per channel.
-    limits.max_alloc = Some(most_bytes.min(2 * MOST_DECODED_BYTES));
+    limits.max_alloc = Some(most_decoded_bytes(bytes.len()).min(2 * MOST_DECODED_BYTES));
     let reader = ImageReader::new(Cursor::new(bytes)).with_guessed_format();
     let mut reader = reader.map_err(|e| e.to_string())?;
     reader.limits(limits);
