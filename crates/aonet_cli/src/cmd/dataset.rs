@@ -2,6 +2,7 @@
 
 mod import;
 mod make;
+mod mix;
 mod progress;
 mod sheet;
 
@@ -75,6 +76,11 @@ enum Action {
         #[arg(required = true)]
         dirs: Vec<PathBuf>,
     },
+    /// Make new scenes of the training scenes of a list, for --scenes-dir.
+    ///
+    /// Objects stand, lie and hang in other scenes, in procedural ones and in heaps, in other sizes and proportions. A network
+    /// learns from more shapes and places than the list has. Scenes of validation and test are not shown.
+    Mix(mix::Args),
     /// Draw many frames in one picture: normals above AO.
     Sheet(sheet::Args),
 }
@@ -151,6 +157,7 @@ pub(crate) fn run(args: Args) -> Result<()> {
             let manifest = dataset::merge(&dirs)?;
             output::text(&format!("{}\n", manifest.dir().join(Manifest::file_name(None)).display()))
         }
+        Some(Action::Mix(args)) => mix::run(&args),
         Some(Action::Sheet(args)) => sheet::run(&args),
     }
 }

@@ -1,6 +1,7 @@
 //! A scene: one indexed triangle mesh in world space, which is all that ambient occlusion needs, and colours for pictures.
 
 pub mod colours;
+pub mod glb;
 pub mod gltf;
 pub mod ground;
 pub mod normals;

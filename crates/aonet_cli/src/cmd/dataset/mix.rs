@@ -1,0 +1,45 @@
+//! `aonet dataset mix`: new scenes made of old ones.
+
+use crate::output;
+use anyhow::{Context, Result};
+use aonet_lab::dataset::{Preset, Stock, catalog};
+use aonet_scene::atomic_file;
+use aonet_scene::scene::glb;
+use indicatif::ProgressBar;
+use std::fmt::Write;
+use std::fs;
+use std::path::PathBuf;
+
+#[derive(Debug, clap::Args)]
+pub(super) struct Args {
+    /// Folder to write mix_SEED.glb and scenes.csv into.
+    out_dir: PathBuf,
+    /// Folder with scenes.csv and the glTF files that it lists; mixtures show its training scenes.
+    #[arg(long, value_name = "DIR")]
+    scenes_dir: PathBuf,
+    /// How many scenes.
+    #[arg(long, default_value_t = 100, value_parser = clap::value_parser!(u64).range(1..=10_000))]
+    count: u64,
+    /// Seed of the first scene; the next has the next.
+    #[arg(long, default_value_t = 0, value_parser = clap::value_parser!(u64).range(0..=1 << 60))]
+    seed: u64,
+}
+
+/// Runs the command.
+pub(super) fn run(args: &Args) -> Result<()> {
+    fs::create_dir_all(&args.out_dir).with_context(|| args.out_dir.display().to_string())?;
+    let stock = Stock::load(&catalog::scenes(&args.scenes_dir, Preset::AnyRadius)?)?;
+    let mut list = String::from("name,environment,split\n");
+    let bar = ProgressBar::new(args.count);
+    for seed in args.seed..args.seed + args.count {
+        let mixture = stock.mix(seed);
+        let name = format!("mix_{seed}");
+        glb::save(&mixture.scene, &args.out_dir.join(format!("{name}.glb")))?;
+        writeln!(list, "{name},{},train", if mixture.environment { "yes" } else { "no" })?;
+        bar.inc(1);
+    }
+    bar.finish_and_clear();
+    let table = args.out_dir.join("scenes.csv");
+    atomic_file::write(&table, list.as_bytes())?;
+    output::text(&format!("{}\n", table.display()))
+}

@@ -1,0 +1,243 @@
+//! New scenes made of those of a list: things of some scenes stand, lie and hang in others.
+//!
+//! A network that learns from few scenes gets no better with more views of them. A mixture has the shapes of real scenes in
+//! places, sizes and proportions that no scene of the list has.
+
+use aonet_scene::Scene;
+use aonet_scene::error::{Error, Result};
+use aonet_scene::random::Random;
+use aonet_scene::scene::procedural::{self, Kind};
+use aonet_scene::scene::{Bounds, ground};
+use aonet_scene::staging::{SceneSpec, SceneSplit};
+use aonet_scene::trace::Tracer;
+use glam::{Mat3, Quat, Vec3};
+use rayon::prelude::*;
+
+/// A mixture gets no more things once it has this many triangles.
+const MOST_TRIANGLES: usize = 900_000;
+
+/// Things are added in rounds; those of a later round may stand on those of an earlier one.
+const ROUNDS: usize = 4;
+
+/// Rays in search of a place for one thing.
+const TRIES: usize = 16;
+
+/// The scenes that mixtures are made of.
+#[derive(Debug)]
+pub struct Stock {
+    /// Scenes that a camera can stand in.
+    environments: Vec<Scene>,
+    /// Single objects.
+    objects: Vec<Scene>,
+}
+
+/// A mixture.
+#[derive(Debug)]
+pub struct Mixture {
+    /// Its triangles, without a ground plane.
+    pub scene: Scene,
+    /// Whether a camera can stand inside, instead of around things on the ground.
+    pub environment: bool,
+}
+
+impl Stock {
+    /// Loads the training scenes of a list; a mixture must not show scenes of validation or test.
+    ///
+    /// # Errors
+    /// When a scene cannot be read, or no training scene is a single object.
+    pub fn load(scenes: &[SceneSpec]) -> Result<Self> {
+        let training: Vec<_> = scenes.iter().filter(|s| s.split == SceneSplit::Train).collect();
+        let loaded = training.par_iter().map(|spec| {
+            let (scene, content) = spec.load()?;
+            let triangle = scene.triangle[..content].to_vec();
+            let bare = Scene { triangle, albedo: Vec::new(), textures: Default::default(), ..scene };
+            Ok((spec.environment, bare))
+        });
+        let (environments, objects): (Vec<_>, Vec<_>) =
+            loaded.collect::<Result<Vec<_>>>()?.into_iter().partition(|(environment, _)| *environment);
+        if objects.is_empty() {
+            let found = format!("{} environments", environments.len());
+            return Err(Error::request("mixtures", "training scenes that are single objects", found));
+        }
+        let scenes = |parts: Vec<(bool, Scene)>| parts.into_iter().map(|(_, scene)| scene).collect();
+        Ok(Self { environments: scenes(environments), objects: scenes(objects) })
+    }
+
+    /// The mixture of a seed; the same scenes in the same order give the same one.
+    pub fn mix(&self, seed: u64) -> Mixture {
+        let mut random = Random::of_frame(seed, "mixture", 0);
+        match random.unit() {
+            draw if draw < 0.45 && !self.environments.is_empty() => {
+                let base = pick(&self.environments, &mut random);
+                self.furnished(base.clone(), &mut random)
+            }
+            draw if draw < 0.7 => {
+                let kind = *pick(Kind::ALL, &mut random);
+                let built = procedural::build(kind, random.bits());
+                let bare = Scene { albedo: Vec::new(), textures: Default::default(), ..built };
+                self.furnished(bare, &mut random)
+            }
+            _ => self.heap(&mut random),
+        }
+    }
+
+    /// A scene in other proportions, with things in it.
+    fn furnished(&self, base: Scene, random: &mut Random) -> Mixture {
+        let stretch = Vec3::new(random.log_range(0.7, 1.4), random.log_range(0.75, 1.33), 1.0);
+        let turn = Mat3::from_rotation_y(random.range(0.0, std::f32::consts::TAU));
+        let mut scene = Scene::default();
+        append(&mut scene, &base, turn * Mat3::from_diagonal(mirrored(stretch, random)), Vec3::ZERO);
+        let count = random.log_range(4.0, 50.0) as usize;
+        let bounds = scene.bounds();
+        self.add_things(&mut scene, bounds, false, count, (0.02, 0.3), random);
+        Mixture { scene, environment: true }
+    }
+
+    /// Things beside and on each other on open ground.
+    fn heap(&self, random: &mut Random) -> Mixture {
+        let half = Vec3::new(1.0, 0.6, random.range(0.4, 1.0));
+        let bounds = Bounds { min: half * Vec3::new(-1.0, 0.0, -1.0), max: half };
+        let mut scene = Scene::default();
+        let count = random.log_range(5.0, 40.0) as usize;
+        self.add_things(&mut scene, bounds, true, count, (0.1, 0.9), random);
+        Mixture { scene, environment: false }
+    }
+
+    /// Adds `count` things whose diameters are between two shares of the radius of `bounds`.
+    fn add_things(
+        &self,
+        scene: &mut Scene,
+        bounds: Bounds,
+        on_ground: bool,
+        count: usize,
+        share: (f32, f32),
+        random: &mut Random,
+    ) {
+        for round in 0..ROUNDS {
+            let mut standing = scene.clone();
+            if on_ground {
+                standing.append(&floor(bounds));
+            }
+            let tracer = Tracer::new(standing);
+            for _ in 0..count.div_ceil(ROUNDS) {
+                if scene.triangle.len() > MOST_TRIANGLES {
+                    return;
+                }
+                let wanted = random.log_range(share.0, share.1) * bounds.radius();
+                let Some(place) = (0..TRIES).find_map(|_| Place::find(&tracer, bounds, random)) else {
+                    continue;
+                };
+                let size = wanted.min(0.9 * place.room);
+                // A first thing always stands; a heap needs one.
+                if size > 0.1 * wanted || (scene.triangle.is_empty() && round == 0) {
+                    place.put(scene, self.thing(random), size, random);
+                }
+            }
+        }
+    }
+
+    /// An object, or seldom a whole scene as a model of itself.
+    fn thing(&self, random: &mut Random) -> &Scene {
+        let model = random.unit() < 0.12 && !self.environments.is_empty();
+        pick(if model { &self.environments } else { &self.objects }, random)
+    }
+}
+
+/// A point of a surface, with room for a thing.
+struct Place {
+    point: Vec3,
+    /// Away from the surface; up on floors.
+    normal: Vec3,
+    /// Free way in front of the surface (world units), infinite under the sky.
+    room: f32,
+}
+
+impl Place {
+    /// Where a ray from a random point meets something: mostly straight down.
+    fn find(tracer: &Tracer, bounds: Bounds, random: &mut Random) -> Option<Self> {
+        let mut origin = random.within(bounds.min, bounds.max);
+        let down = random.unit() < 0.85;
+        let direction = if down { Vec3::NEG_Y } else { direction(random) };
+        if random.unit() < 0.3 {
+            origin.y = bounds.max.y + bounds.radius();
+        }
+        let hit = tracer.closest(origin.into(), direction.into(), f32::INFINITY)?;
+        let point = origin + hit.t * direction;
+        let [a, b, c] =
+            tracer.scene().triangle[hit.triangle as usize].map(|i| tracer.scene().position[i as usize]);
+        let facing = (b - a).cross(c - a).normalize_or_zero();
+        let facing = if facing.dot(direction) > 0.0 { -facing } else { facing };
+        let normal = if down && facing.y > 0.7 { Vec3::Y } else { facing };
+        if facing == Vec3::ZERO || (down && facing.y <= 0.7) {
+            return None;
+        }
+        let lifted = point + 1e-3 * bounds.radius() * facing;
+        let way =
+            |d: Vec3| tracer.closest(lifted.into(), d.into(), f32::INFINITY).map_or(f32::INFINITY, |h| h.t);
+        let side = normal.any_orthonormal_vector();
+        let around = [side, -side, normal.cross(side), -normal.cross(side)].map(way);
+        // guess: a thing may touch what is beside it, not fill it.
+        let beside = 1.5 * around.iter().copied().sum::<f32>() / 4.0;
+        Some(Self { point, normal, room: way(normal).min(beside) })
+    }
+
+    /// Puts a thing of a diameter here, turned at random: upright on most floors.
+    fn put(&self, scene: &mut Scene, thing: &Scene, size: f32, random: &mut Random) {
+        let bounds = thing.bounds();
+        let stretch = Vec3::new(random.log_range(0.75, 1.33), random.log_range(0.75, 1.33), 1.0);
+        let upright = self.normal == Vec3::Y && random.unit() < 0.75;
+        let yaw = Quat::from_rotation_y(random.range(0.0, std::f32::consts::TAU));
+        let turn = if upright { yaw } else { Quat::from_rotation_arc(Vec3::Y, direction(random)) * yaw };
+        let scale = size / (2.0 * bounds.radius()).max(f32::MIN_POSITIVE);
+        let linear = Mat3::from_quat(turn) * Mat3::from_diagonal(scale * mirrored(stretch, random));
+        let lowest =
+            thing.position.iter().map(|p| self.normal.dot(linear * *p)).fold(f32::INFINITY, f32::min);
+        let middle = linear * bounds.centre();
+        // A little sunk, as things are that were placed by hand.
+        let rise = self.normal.dot(middle) - lowest - random.range(0.0, 0.03) * size;
+        append(scene, thing, linear, self.point + rise * self.normal - middle);
+    }
+}
+
+/// The ground of a heap.
+fn floor(bounds: Bounds) -> Scene {
+    let [a, b, c] = [bounds.min, bounds.min.with_x(bounds.max.x), bounds.min.with_z(bounds.max.z)];
+    let mut scene = Scene {
+        position: vec![a, b, c],
+        normal: vec![Vec3::Y; 3],
+        triangle: vec![[0, 2, 1]],
+        ..Scene::default()
+    };
+    ground::add_ground(&mut scene);
+    scene
+}
+
+/// Appends the triangles of `part`, each vertex p at `linear` p + `offset`.
+fn append(scene: &mut Scene, part: &Scene, linear: Mat3, offset: Vec3) {
+    let of_normals = linear.inverse().transpose();
+    let mirrors = linear.determinant() < 0.0;
+    scene.append(&Scene {
+        position: part.position.iter().map(|p| linear * *p + offset).collect(),
+        normal: part.normal.iter().map(|n| (of_normals * *n).normalize_or(*n)).collect(),
+        triangle: part
+            .triangle
+            .iter()
+            .map(|&[a, b, c]| if mirrors { [a, c, b] } else { [a, b, c] })
+            .collect(),
+        ..Scene::default()
+    });
+}
+
+/// Half of the draws exchange left and right.
+fn mirrored(stretch: Vec3, random: &mut Random) -> Vec3 {
+    if random.unit() < 0.5 { stretch * Vec3::new(-1.0, 1.0, 1.0) } else { stretch }
+}
+
+/// Uniform on the sphere.
+fn direction(random: &mut Random) -> Vec3 {
+    Vec3::new(random.normal(), random.normal(), random.normal()).normalize_or(Vec3::Y)
+}
+
+fn pick<'a, T>(items: &'a [T], random: &mut Random) -> &'a T {
+    &items[random.below(items.len())]
+}
