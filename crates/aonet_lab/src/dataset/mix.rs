@@ -7,11 +7,12 @@ use aonet_scene::Scene;
 use aonet_scene::error::{Error, Result};
 use aonet_scene::random::Random;
 use aonet_scene::scene::procedural::{self, Kind};
-use aonet_scene::scene::{Bounds, ground};
-use aonet_scene::staging::{SceneSpec, SceneSplit};
+use aonet_scene::scene::{Bounds, glb, ground};
+use aonet_scene::staging::{Framing, RadiusRule, SceneSpec, SceneSplit, Stage};
 use aonet_scene::trace::Tracer;
 use glam::{Mat3, Quat, Vec3};
 use rayon::prelude::*;
+use std::path::Path;
 
 /// A mixture gets no more things once it has this many triangles.
 const MOST_TRIANGLES: usize = 900_000;
@@ -22,6 +23,12 @@ const ROUNDS: usize = 4;
 /// Rays in search of a place for one thing.
 const TRIES: usize = 16;
 
+/// Mixtures of one seed.
+const ATTEMPTS: u32 = 16;
+
+/// Views that a mixture must have.
+const VIEWS: u32 = 4;
+
 /// The scenes that mixtures are made of.
 #[derive(Debug)]
 pub struct Stock {
@@ -31,13 +38,11 @@ pub struct Stock {
     objects: Vec<Scene>,
 }
 
-/// A mixture.
-#[derive(Debug)]
-pub struct Mixture {
-    /// Its triangles, without a ground plane.
-    pub scene: Scene,
+struct Mixture {
+    /// Without a ground plane.
+    scene: Scene,
     /// Whether a camera can stand inside, instead of around things on the ground.
-    pub environment: bool,
+    environment: bool,
 }
 
 impl Stock {
@@ -63,21 +68,39 @@ impl Stock {
         Ok(Self { environments: scenes(environments), objects: scenes(objects) })
     }
 
-    /// The mixture of a seed; the same scenes in the same order give the same one.
-    pub fn mix(&self, seed: u64) -> Mixture {
-        let mut random = Random::of_frame(seed, "mixture", 0);
+    /// Writes the mixture of a seed as mix_SEED.glb; the same scenes in the same order give the same one. Mixtures that
+    /// cameras find nothing to see in are made anew.
+    ///
+    /// # Errors
+    /// When the file cannot be written, or nothing can be seen in [`ATTEMPTS`] mixtures.
+    pub fn save(&self, seed: u64, dir: &Path) -> Result<SceneSpec> {
+        let path = dir.join(format!("mix_{seed}.glb"));
+        let mut why = None;
+        for attempt in 0..ATTEMPTS {
+            let Mixture { scene, environment } = self.mix(&mut Random::of_frame(seed, "mixture", attempt));
+            glb::save(&scene, &path)?;
+            let spec = SceneSpec::from_file(&path, SceneSplit::Train)?.with_environment(environment);
+            match try_views(&spec) {
+                Ok(()) => return Ok(spec),
+                Err(error) => why = Some(error),
+            }
+        }
+        Err(why.unwrap_or_else(|| Error::request("mixture", "at least one attempt", "none")))
+    }
+
+    fn mix(&self, random: &mut Random) -> Mixture {
         match random.unit() {
             draw if draw < 0.45 && !self.environments.is_empty() => {
-                let base = pick(&self.environments, &mut random);
-                self.furnished(base.clone(), &mut random)
+                let base = pick(&self.environments, random);
+                self.furnished(base.clone(), random)
             }
             draw if draw < 0.7 => {
-                let kind = *pick(Kind::ALL, &mut random);
+                let kind = *pick(Kind::ALL, random);
                 let built = procedural::build(kind, random.bits());
                 let bare = Scene { albedo: Vec::new(), textures: Default::default(), ..built };
-                self.furnished(bare, &mut random)
+                self.furnished(bare, random)
             }
-            _ => self.heap(&mut random),
+            _ => self.heap(random),
         }
     }
 
@@ -163,6 +186,11 @@ impl Place {
         }
         let hit = tracer.closest(origin.into(), direction.into(), f32::INFINITY)?;
         let point = origin + hit.t * direction;
+        let inside =
+            point.cmpge(bounds.min - 0.1 * bounds.radius()) & point.cmple(bounds.max + 0.1 * bounds.radius());
+        if !inside.all() {
+            return None;
+        }
         let [a, b, c] =
             tracer.scene().triangle[hit.triangle as usize].map(|i| tracer.scene().position[i as usize]);
         let facing = (b - a).cross(c - a).normalize_or_zero();
@@ -197,6 +225,15 @@ impl Place {
         let rise = self.normal.dot(middle) - lowest - random.range(0.0, 0.03) * size;
         append(scene, thing, linear, self.point + rise * self.normal - middle);
     }
+}
+
+/// Proposes views as a dataset would.
+fn try_views(spec: &SceneSpec) -> Result<()> {
+    let (scene, content) = spec.load()?;
+    let tracer = Tracer::new(scene);
+    let stage = Stage::new(spec, &tracer, content);
+    let framing = Framing { width: 640, height: 360, radius: RadiusRule::ANY };
+    (0..VIEWS).try_for_each(|i| stage.view(&framing, &mut Random::of_frame(0, &spec.name, i)).map(|_| ()))
 }
 
 /// The ground of a heap.

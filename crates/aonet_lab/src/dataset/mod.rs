@@ -20,7 +20,7 @@ pub use import::{Import, ImportSummary, Unmatched, import};
 pub use imported::{ImportRule, ImportedFrom, NormalCoding};
 pub use manifest::{FORMAT, FrameEntry, Manifest};
 pub use merge::merge;
-pub use mix::{Mixture, Stock};
+pub use mix::Stock;
 pub use plan::{Counts, DatasetParams, DatasetPlan, Job, Preset, Shard};
 pub use sheet::contact_sheet;
 pub use split::Split;

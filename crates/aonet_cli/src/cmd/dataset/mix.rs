@@ -4,7 +4,6 @@ use crate::output;
 use anyhow::{Context, Result};
 use aonet_lab::dataset::{Preset, Stock, catalog};
 use aonet_scene::atomic_file;
-use aonet_scene::scene::glb;
 use indicatif::ProgressBar;
 use std::fmt::Write;
 use std::fs;
@@ -32,10 +31,8 @@ pub(super) fn run(args: &Args) -> Result<()> {
     let mut list = String::from("name,environment,split\n");
     let bar = ProgressBar::new(args.count);
     for seed in args.seed..args.seed + args.count {
-        let mixture = stock.mix(seed);
-        let name = format!("mix_{seed}");
-        glb::save(&mixture.scene, &args.out_dir.join(format!("{name}.glb")))?;
-        writeln!(list, "{name},{},train", if mixture.environment { "yes" } else { "no" })?;
+        let scene = stock.save(seed, &args.out_dir)?;
+        writeln!(list, "{},{},train", scene.name, if scene.environment { "yes" } else { "no" })?;
         bar.inc(1);
     }
     bar.finish_and_clear();
