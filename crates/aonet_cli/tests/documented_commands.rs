@@ -43,6 +43,11 @@ const FATES: &[(&str, Fate)] = &[
         "aonet dataset data/deep --scenes-dir DIR",
         Run(&[("--scenes-dir DIR --frames 3400", "--procedural hall:1 --frames 8 --size 48x32 --spp 4")]),
     ),
+    ("aonet dataset mix", Run(&[("DIR --count 100", ". --count 1")])),
+    (
+        "aonet dataset data/mixed",
+        Run(&[("--frames 1000", "--procedural hall:1 --frames 8 --size 48x32 --spp 4")]),
+    ),
     (
         "aonet dataset import",
         Run(&[(
@@ -117,6 +122,7 @@ fn desk() -> tempfile::TempDir {
     let desk = dir.path();
     let view = r#"{"eye":[0.5,3,5],"target":[0,0.5,0],"fov_y_deg":50,"width":48,"height":32,"radius":0.5}"#;
     std::fs::copy(root().join("fuzz/seeds/gltf/everything.glb"), desk.join("scene.glb")).unwrap();
+    std::fs::write(desk.join("scenes.csv"), "name,environment,split\nscene,no,train\n").unwrap();
     for name in ["view.json", "camera.json"] {
         std::fs::write(desk.join(name), view).unwrap();
     }

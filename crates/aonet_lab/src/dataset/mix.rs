@@ -24,10 +24,13 @@ const ROUNDS: usize = 4;
 const TRIES: usize = 16;
 
 /// Mixtures of one seed.
-const ATTEMPTS: u32 = 16;
+const ATTEMPTS: u32 = 32;
 
 /// Views that a mixture must have.
 const VIEWS: u32 = 4;
+
+/// Most proposals for these views that are not worth keeping.
+const MOST_DROPPED: usize = 20;
 
 /// The scenes that mixtures are made of.
 #[derive(Debug)]
@@ -233,7 +236,15 @@ fn try_views(spec: &SceneSpec) -> Result<()> {
     let tracer = Tracer::new(scene);
     let stage = Stage::new(spec, &tracer, content);
     let framing = Framing { width: 640, height: 360, radius: RadiusRule::ANY };
-    (0..VIEWS).try_for_each(|i| stage.view(&framing, &mut Random::of_frame(0, &spec.name, i)).map(|_| ()))
+    let mut dropped = Vec::new();
+    for i in 0..VIEWS {
+        dropped.extend(stage.view(&framing, &mut Random::of_frame(0, &spec.name, i))?.1);
+    }
+    if dropped.len() > MOST_DROPPED {
+        let found = format!("{} dropped for {VIEWS} to keep", dropped.len());
+        return Err(Error::request(format!("views of scene {}", spec.name), "mostly good ones", found));
+    }
+    Ok(())
 }
 
 /// The ground of a heap.
@@ -277,4 +288,64 @@ fn direction(random: &mut Random) -> Vec3 {
 
 fn pick<'a, T>(items: &'a [T], random: &mut Random) -> &'a T {
     &items[random.below(items.len())]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::fixtures::{room, stack, write_glb};
+    use super::*;
+
+    fn stock(dir: &Path) -> Vec<SceneSpec> {
+        let spec = |name, scene: &Scene, split, environment| {
+            let file = write_glb(dir, name, scene);
+            SceneSpec::from_file(&file, split).unwrap().with_environment(environment)
+        };
+        vec![
+            spec("room", &room(), SceneSplit::Train, true),
+            spec("stack", &stack(), SceneSplit::Train, false),
+            spec("held_out", &room(), SceneSplit::Test, true),
+        ]
+    }
+
+    #[test]
+    fn a_seed_makes_one_scene_and_every_scene_has_views() {
+        let dir = tempfile::tempdir().unwrap();
+        let stock = Stock::load(&stock(dir.path())).unwrap();
+        assert_eq!((stock.environments.len(), stock.objects.len()), (1, 1), "only training scenes");
+        let mut kinds = [0; 2];
+        let mut sums = Vec::new();
+        for seed in 0..8 {
+            let [first, second] = [(); 2].map(|()| stock.save(seed, dir.path()).unwrap());
+            assert_eq!(first, second);
+            kinds[usize::from(first.environment)] += 1;
+            let (scene, content) = first.load().unwrap();
+            let own = Scene { triangle: scene.triangle[..content].to_vec(), ..scene }.checked().unwrap();
+            assert!(own.triangle.len() > 60, "{seed}: {} triangles", own.triangle.len());
+            sums.push(first.sha256);
+        }
+        assert!(kinds[0] > 0 && kinds[1] > 0, "{kinds:?}");
+        sums.sort();
+        sums.dedup();
+        assert_eq!(sums.len(), 8);
+    }
+
+    #[test]
+    fn things_stand_within_the_scene_and_on_it() {
+        let dir = tempfile::tempdir().unwrap();
+        let stock = Stock::load(&stock(dir.path())).unwrap();
+        for seed in 0..6 {
+            let bounds = stock.heap(&mut Random::new(seed)).scene.bounds();
+            assert!(bounds.min.y > -0.1 && bounds.radius() < 4.0, "{seed}: {bounds:?}");
+            let room = stock.furnished(room(), &mut Random::new(seed)).scene.bounds();
+            // The room is 6x3x5; a thing may pass through a wall by half of its size.
+            assert!(room.min.y > -1.5 && room.radius() < 10.0, "{seed}: {room:?}");
+        }
+    }
+
+    #[test]
+    fn a_list_without_objects_is_refused() {
+        let dir = tempfile::tempdir().unwrap();
+        let error = Stock::load(&stock(dir.path())[..1]).unwrap_err().to_string();
+        assert!(error.contains("single objects") && error.contains("1 environments"), "{error}");
+    }
 }

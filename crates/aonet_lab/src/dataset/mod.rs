@@ -26,7 +26,7 @@ pub use sheet::contact_sheet;
 pub use split::Split;
 
 #[cfg(test)]
-use aonet_scene::Scene;
+use aonet_scene::{Scene, scene::glb};
 #[cfg(test)]
 #[path = "../../../aonet_scene/src/staging/fixtures.rs"]
 mod fixtures;

@@ -1,6 +1,6 @@
 //! Small scenes for the tests of this folder.
 
-use super::Scene;
+use super::{Scene, glb};
 use glam::Vec3;
 use std::path::{Path, PathBuf};
 
@@ -53,35 +53,9 @@ pub(super) fn stack() -> Scene {
     scene
 }
 
-/// Writes a scene as GLB, without its normals.
+/// Writes a scene as NAME.glb.
 pub(super) fn write_glb(dir: &Path, name: &str, scene: &Scene) -> PathBuf {
-    let positions = scene.position.iter().flat_map(|p| p.to_array()).flat_map(f32::to_le_bytes);
-    let mut bin: Vec<u8> = positions.collect();
-    let split = bin.len();
-    bin.extend(scene.triangle.iter().flatten().flat_map(|i| i.to_le_bytes()));
-    let (vertices, indices, total) = (scene.position.len(), 3 * scene.triangle.len(), bin.len());
-    let bounds = scene.bounds();
-    let (min, max) = (bounds.min.to_array(), bounds.max.to_array());
-    let document = serde_json::json!({
-        "asset": {"version": "2.0"}, "scene": 0, "scenes": [{"nodes": [0]}], "nodes": [{"mesh": 0}],
-        "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "indices": 1}]}],
-        "accessors": [
-            {"bufferView": 0, "componentType": 5126, "count": vertices, "type": "VEC3", "min": min, "max": max},
-            {"bufferView": 1, "componentType": 5125, "count": indices, "type": "SCALAR"}],
-        "bufferViews": [
-            {"buffer": 0, "byteLength": split}, {"buffer": 0, "byteOffset": split, "byteLength": total - split}],
-        "buffers": [{"byteLength": total}]
-    });
-    let mut json = document.to_string().into_bytes();
-    json.resize(json.len().next_multiple_of(4), b' ');
-    let mut glb = b"glTF\x02\0\0\0".to_vec();
-    glb.extend((28 + json.len() as u32 + total as u32).to_le_bytes());
-    for (kind, chunk) in [(b"JSON", json), (b"BIN\0", bin)] {
-        glb.extend((chunk.len() as u32).to_le_bytes());
-        glb.extend(kind);
-        glb.extend(chunk);
-    }
     let path = dir.join(format!("{name}.glb"));
-    std::fs::write(&path, glb).unwrap();
+    glb::save(scene, &path).unwrap();
     path
 }

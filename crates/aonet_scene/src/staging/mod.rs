@@ -13,6 +13,6 @@ pub use spec::{Candidate, SceneSpec, SceneSplit, is_name_char};
 pub use stage::{Framing, Stage};
 
 #[cfg(test)]
-use crate::Scene;
+use crate::{Scene, scene::glb};
 #[cfg(test)]
 mod fixtures;
