@@ -117,7 +117,7 @@ impl Classic {
     }
 
     /// The method of this name with its defaults; `gtao:tuned` with parameters that were found on training frames, and
-    /// `gtao:low` to `gtao:ultra` (also of vbao) with another number of slices and steps; `arcs:deep` with parameters for
+    /// `gtao:low` to `gtao:ultra` (also of vbao) with another number of slices and steps; `arcs:deep` and `vbao:deep` with parameters for
     /// frames with a second layer.
     ///
     /// # Errors

@@ -3,12 +3,13 @@
 use super::Classic;
 
 /// Name and file.
-pub(super) const TUNED: [(&str, &str); 8] = [
+pub(super) const TUNED: [(&str, &str); 9] = [
     ("ssao:tuned", include_str!("../../presets/ssao.json")),
     ("hbao:tuned", include_str!("../../presets/hbao.json")),
     ("ssdo:tuned", include_str!("../../presets/ssdo.json")),
     ("gtao:tuned", include_str!("../../presets/gtao.json")),
     ("vbao:tuned", include_str!("../../presets/vbao.json")),
+    ("vbao:deep", include_str!("../../presets/vbao_deep.json")),
     ("agtao:tuned", include_str!("../../presets/agtao.json")),
     ("arcs:tuned", include_str!("../../presets/arcs.json")),
     ("arcs:deep", include_str!("../../presets/arcs_deep.json")),

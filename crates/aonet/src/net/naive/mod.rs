@@ -10,6 +10,7 @@ mod screen;
 mod search;
 #[cfg(test)]
 mod tests;
+mod vbao;
 
 use crate::error::Result;
 use crate::frame::ao_image::{AoImage, AoParams};
@@ -22,6 +23,7 @@ use crate::net::model::Model;
 use crate::search::{AgtaoParams, ArcsParams};
 
 pub use features::features;
+pub use vbao::vbao;
 
 /// A CxHxW image, row-major.
 #[derive(Debug, Clone, PartialEq)]

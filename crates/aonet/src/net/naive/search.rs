@@ -79,13 +79,13 @@ pub(super) struct Slice {
     /// Direction on the screen, y up.
     pub(super) direction: [f64; 2],
     /// Unit vector in the slice, across the viewer.
-    along: DVec3,
+    pub(super) along: DVec3,
     /// How far a vector goes towards the viewer once it is moved into the slice along the tangent plane.
-    towards: DVec3,
+    pub(super) towards: DVec3,
     /// Length of the normal's projection into the slice.
     pub(super) normal_length: f64,
     /// Angle of the projection from the viewer, positive along the slice (rad).
-    normal_angle: f64,
+    pub(super) normal_angle: f64,
 }
 
 impl Slice {
@@ -121,7 +121,7 @@ impl Slice {
     }
 
     /// Light of the slice when nothing occludes.
-    fn open(&self) -> f64 {
+    pub(super) fn open(&self) -> f64 {
         let n = self.normal_angle.cos().max(MOST_AVERTED).acos();
         n.cos() + n * n.sin()
     }
@@ -194,16 +194,44 @@ impl Screen<'_> {
 
     /// The way from the pixel to the surface of a tap, which is the pixel nearest to a point of the slice that is `pixels` heights of a
     /// pixel away. None outside the frame and on the background.
-    fn tap(&self, [x, y]: [usize; 2], slice: &Slice, pixels: f64) -> Option<DVec3> {
+    fn tap(&self, pixel: [usize; 2], slice: &Slice, pixels: f64) -> Option<DVec3> {
+        let [column, row] = self.tap_pixel(pixel, slice, pixels)?;
+        self.way(pixel, [column, row], self.depth(column, row))
+    }
+
+    /// The same to each layer's surface.
+    pub(super) fn fronts(
+        &self,
+        pixel: [usize; 2],
+        slice: &Slice,
+        pixels: f64,
+    ) -> impl Iterator<Item = DVec3> {
+        let at = self.tap_pixel(pixel, slice, pixels);
+        let depths = at.into_iter().flat_map(|[column, row]| {
+            let second = self
+                .gbuffer
+                .second()
+                .map(|second| f64::from(second.depth[row * self.gbuffer.width() + column]));
+            [Some(self.depth(column, row)), second]
+                .into_iter()
+                .flatten()
+                .map(move |depth| ([column, row], depth))
+        });
+        depths.filter_map(move |(tap, depth)| self.way(pixel, tap, depth))
+    }
+
+    /// The pixel of a tap, if it lies in the frame.
+    fn tap_pixel(&self, [x, y]: [usize; 2], slice: &Slice, pixels: f64) -> Option<[usize; 2]> {
         let [right, up] = [slice.direction[0] * self.lens.columns_for_a_row(), slice.direction[1]]
             .map(|d| (d * pixels).round_ties_even());
         let (column, row) = (x as f64 + right, y as f64 - up);
         let (width, height) = (self.gbuffer.width() as f64, self.gbuffer.height() as f64);
-        if !((0.0..width).contains(&column) && (0.0..height).contains(&row)) {
-            return None;
-        }
-        let (column, row) = (column as usize, row as usize);
-        let depth = self.depth(column, row);
+        let inside = (0.0..width).contains(&column) && (0.0..height).contains(&row);
+        inside.then_some([column as usize, row as usize])
+    }
+
+    /// The way from a pixel's surface to a depth of another one. None on the background.
+    fn way(&self, [x, y]: [usize; 2], [column, row]: [usize; 2], depth: f64) -> Option<DVec3> {
         let from = self.lens.position(x, y, self.depth(x, y));
         depth.is_finite().then(|| self.lens.position(column, row, depth) - from)
     }
