@@ -230,6 +230,17 @@ fn every_command_that_makes_pictures_takes_their_size_in_both_ways() {
 }
 
 #[test]
+fn mixtures_do_not_replace_a_list_of_other_scenes() {
+    let desk = desk();
+    let list = "name,environment,split\nrobot,no,train\n";
+    std::fs::write(desk.path().join("scenes.csv"), list).unwrap();
+    holds(&refused(desk.path(), "dataset mix . --scenes-dir ."), &["scenes.csv", "list of other scenes"]);
+    assert_eq!(std::fs::read_to_string(desk.path().join("scenes.csv")).unwrap(), list);
+    holds(&refused(desk.path(), "dataset mix mixed --scenes-dir ."), &["robot.glb"]);
+    assert!(!desk.path().join("mixed").exists());
+}
+
+#[test]
 fn all_means_the_same_methods_in_every_command() {
     let desk = desk();
     ok(desk.path(), "trace procedural:clutter_pile:5 --view view.json --ground --spp 4 -o traced.exr");

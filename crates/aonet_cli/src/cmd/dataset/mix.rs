@@ -1,13 +1,13 @@
 //! `aonet dataset mix`: new scenes made of old ones.
 
 use crate::output;
-use anyhow::{Context, Result};
+use anyhow::{Context, Result, bail};
 use aonet_lab::dataset::{Preset, Stock, catalog};
 use aonet_scene::atomic_file;
 use indicatif::ProgressBar;
 use std::fmt::Write;
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 #[derive(Debug, clap::Args)]
 pub(super) struct Args {
@@ -24,11 +24,15 @@ pub(super) struct Args {
     seed: u64,
 }
 
+const HEADER: &str = "name,environment,split";
+
 /// Runs the command.
 pub(super) fn run(args: &Args) -> Result<()> {
-    fs::create_dir_all(&args.out_dir).with_context(|| args.out_dir.display().to_string())?;
+    let table = args.out_dir.join("scenes.csv");
+    check_replaceable(&table)?;
     let stock = Stock::load(&catalog::scenes(&args.scenes_dir, Preset::AnyRadius)?)?;
-    let mut list = String::from("name,environment,split\n");
+    fs::create_dir_all(&args.out_dir).with_context(|| args.out_dir.display().to_string())?;
+    let mut list = format!("{HEADER}\n");
     let bar = ProgressBar::new(args.count);
     for seed in args.seed..args.seed + args.count {
         let scene = stock.save(seed, &args.out_dir)?;
@@ -36,7 +40,16 @@ pub(super) fn run(args: &Args) -> Result<()> {
         bar.inc(1);
     }
     bar.finish_and_clear();
-    let table = args.out_dir.join("scenes.csv");
     atomic_file::write(&table, list.as_bytes())?;
     output::text(&format!("{}\n", table.display()))
+}
+
+/// A list of other scenes is not replaced.
+fn check_replaceable(table: &Path) -> Result<()> {
+    let Ok(list) = fs::read_to_string(table) else { return Ok(()) };
+    let mut lines = list.lines();
+    if lines.next() != Some(HEADER) || !lines.all(|line| line.starts_with("mix_")) {
+        bail!("{}: expected no file, or a list of mixtures, found a list of other scenes", table.display());
+    }
+    Ok(())
 }
