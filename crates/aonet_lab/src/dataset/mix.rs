@@ -14,6 +14,8 @@ use glam::{Mat3, Quat, Vec3};
 use rayon::prelude::*;
 use std::path::Path;
 
+// guess: the numbers of this file were chosen by eye, from contact sheets.
+
 /// A mixture gets no more things once it has this many triangles.
 const MOST_TRIANGLES: usize = 900_000;
 
@@ -71,24 +73,21 @@ impl Stock {
         Ok(Self { environments: scenes(environments), objects: scenes(objects) })
     }
 
-    /// Writes the mixture of a seed as mix_SEED.glb; the same scenes in the same order give the same one. Mixtures that
-    /// cameras find nothing to see in are made anew.
+    /// Writes the mixture of a seed as mix_SEED.glb; the same scenes in the same order give the same one. A mixture in which
+    /// cameras find little to see is made anew.
     ///
     /// # Errors
     /// When the file cannot be written, or nothing can be seen in [`ATTEMPTS`] mixtures.
     pub fn save(&self, seed: u64, dir: &Path) -> Result<SceneSpec> {
-        let path = dir.join(format!("mix_{seed}.glb"));
-        let mut why = None;
-        for attempt in 0..ATTEMPTS {
-            let Mixture { scene, environment } = self.mix(&mut Random::of_frame(seed, "mixture", attempt));
-            glb::save(&scene, &path)?;
-            let spec = SceneSpec::from_file(&path, SceneSplit::Train)?.with_environment(environment);
-            match try_views(&spec) {
-                Ok(()) => return Ok(spec),
-                Err(error) => why = Some(error),
-            }
-        }
-        Err(why.unwrap_or_else(|| Error::request("mixture", "at least one attempt", "none")))
+        let name = format!("mix_{seed}");
+        let mixtures = (0..ATTEMPTS).map(|attempt| self.mix(&mut Random::of_frame(seed, "mixture", attempt)));
+        let Some(mixture) = mixtures.into_iter().find(|mixture| mixture.has_views(&name)) else {
+            let expected = format!("one in {ATTEMPTS} with something to see");
+            return Err(Error::request(format!("mixture of seed {seed}"), expected, "none"));
+        };
+        let path = dir.join(format!("{name}.glb"));
+        glb::save(&mixture.scene, &path)?;
+        Ok(SceneSpec::from_file(&path, SceneSplit::Train)?.with_environment(mixture.environment))
     }
 
     fn mix(&self, random: &mut Random) -> Mixture {
@@ -230,21 +229,23 @@ impl Place {
     }
 }
 
-/// Proposes views as a dataset would.
-fn try_views(spec: &SceneSpec) -> Result<()> {
-    let (scene, content) = spec.load()?;
-    let tracer = Tracer::new(scene);
-    let stage = Stage::new(spec, &tracer, content);
-    let framing = Framing { width: 640, height: 360, radius: RadiusRule::ANY };
-    let mut dropped = Vec::new();
-    for i in 0..VIEWS {
-        dropped.extend(stage.view(&framing, &mut Random::of_frame(0, &spec.name, i))?.1);
+impl Mixture {
+    /// Whether a dataset would find views of it, without dropping many.
+    fn has_views(&self, name: &str) -> bool {
+        if self.scene.triangle.is_empty() {
+            return false;
+        }
+        let spec = SceneSpec::imported(name.to_owned(), SceneSplit::Train).with_environment(self.environment);
+        let mut scene = self.scene.clone();
+        if spec.ground {
+            ground::add_ground(&mut scene);
+        }
+        let tracer = Tracer::new(scene);
+        let stage = Stage::new(&spec, &tracer, self.scene.triangle.len());
+        let framing = Framing { width: 640, height: 360, radius: RadiusRule::ANY };
+        let dropped = |i| Some(stage.view(&framing, &mut Random::of_frame(0, name, i)).ok()?.1.len());
+        (0..VIEWS).map(dropped).sum::<Option<usize>>().is_some_and(|dropped| dropped <= MOST_DROPPED)
     }
-    if dropped.len() > MOST_DROPPED {
-        let found = format!("{} dropped for {VIEWS} to keep", dropped.len());
-        return Err(Error::request(format!("views of scene {}", spec.name), "mostly good ones", found));
-    }
-    Ok(())
 }
 
 /// The ground of a heap.
@@ -312,21 +313,21 @@ mod tests {
         let dir = tempfile::tempdir().unwrap();
         let stock = Stock::load(&stock(dir.path())).unwrap();
         assert_eq!((stock.environments.len(), stock.objects.len()), (1, 1), "only training scenes");
-        let mut kinds = [0; 2];
+        let kinds = (0..16).map(|seed| stock.mix(&mut Random::new(seed)).environment);
+        let inside = kinds.filter(|environment| *environment).count();
+        assert!((1..16).contains(&inside), "{inside} of 16 are environments");
         let mut sums = Vec::new();
-        for seed in 0..8 {
+        for seed in 0..4 {
             let [first, second] = [(); 2].map(|()| stock.save(seed, dir.path()).unwrap());
             assert_eq!(first, second);
-            kinds[usize::from(first.environment)] += 1;
             let (scene, content) = first.load().unwrap();
             let own = Scene { triangle: scene.triangle[..content].to_vec(), ..scene }.checked().unwrap();
             assert!(own.triangle.len() > 60, "{seed}: {} triangles", own.triangle.len());
             sums.push(first.sha256);
         }
-        assert!(kinds[0] > 0 && kinds[1] > 0, "{kinds:?}");
         sums.sort();
         sums.dedup();
-        assert_eq!(sums.len(), 8);
+        assert_eq!(sums.len(), 4);
     }
 
     #[test]
