@@ -77,7 +77,7 @@ impl Stock {
     /// cameras find little to see is made anew.
     ///
     /// # Errors
-    /// When the file cannot be written, or nothing can be seen in [`ATTEMPTS`] mixtures.
+    /// When the file cannot be written, or 32 mixtures in a row show too little.
     pub fn save(&self, seed: u64, dir: &Path) -> Result<SceneSpec> {
         let name = format!("mix_{seed}");
         let mixtures = (0..ATTEMPTS).map(|attempt| self.mix(&mut Random::of_frame(seed, "mixture", attempt)));
