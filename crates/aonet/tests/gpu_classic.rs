@@ -147,7 +147,7 @@ fn methods_of_two_layers_are_the_cpus() {
         behind_bars(&off_centre),
     ] {
         let size = gbuffer.size();
-        let bitmasks = [with("vbao", &[]), with("vbao:tuned", &[]), with("vbao", &[("cosine", 1.0)])];
+        let bitmasks = ["vbao", "vbao:tuned", "vbao:deep"].map(|name| with(name, &[]));
         for method in arcs().into_iter().chain(bitmasks) {
             let expected = method.run(&gbuffer, params()).unwrap();
             let session = session_for(&device, &method, &gbuffer);
