@@ -133,7 +133,7 @@ impl Classic {
             Some(preset) => found.choose(preset).then_some(found).ok_or_else(|| {
                 Error::value(
                     "preset",
-                    "tuned; of gtao and vbao also low, medium, high or ultra; of arcs also deep",
+                    "tuned; of gtao and vbao also low, medium, high or ultra; of vbao and arcs also deep",
                     name,
                 )
             }),
