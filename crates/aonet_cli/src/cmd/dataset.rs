@@ -78,8 +78,8 @@ enum Action {
     },
     /// Make new scenes of the training scenes of a list, for --scenes-dir.
     ///
-    /// Objects stand, lie and hang in other scenes, in procedural ones and in heaps, in other sizes and proportions. A network
-    /// learns from more shapes and places than the list has. Scenes of validation and test are not shown.
+    /// Objects stand, lie and hang in other scenes, in procedural ones and in heaps, in other sizes and proportions. Scenes
+    /// of validation and test are not shown.
     Mix(mix::Args),
     /// Draw many frames in one picture: normals above AO.
     Sheet(sheet::Args),

@@ -1,7 +1,6 @@
 //! New scenes made of those of a list: things of some scenes stand, lie and hang in others.
 //!
-//! A network that learns from few scenes gets no better with more views of them. A mixture has the shapes of real scenes in
-//! places, sizes and proportions that no scene of the list has.
+//! A mixture has the shapes of real scenes in places, sizes and proportions that no scene of the list has.
 
 use aonet_scene::Scene;
 use aonet_scene::error::{Error, Result};

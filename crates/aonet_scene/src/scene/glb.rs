@@ -2,7 +2,7 @@
 
 use super::Scene;
 use crate::atomic_file;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use serde_json::json;
 use std::path::Path;
 
@@ -15,8 +15,19 @@ const CHUNK_HEADER_BYTES: usize = 8;
 /// Writes positions (world units), normals and triangles of a scene as one mesh.
 ///
 /// # Errors
-/// When the file cannot be written; an older file does not change.
+/// When the scene has no triangles or too many for the format, or the file cannot be written; an older file does not change.
 pub fn save(scene: &Scene, path: &Path) -> Result<()> {
+    // The length of a file is one word; a mebibyte is more than the header takes.
+    let most = (u32::MAX - (1 << 20)) as usize;
+    let found = 24 * scene.position.len() + 12 * scene.triangle.len();
+    if scene.triangle.is_empty() || found > most {
+        let expected = format!("triangles of at most {most} bytes");
+        return Err(Error::request(
+            format!("scene for {}", path.display()),
+            expected,
+            format!("{found} bytes"),
+        ));
+    }
     atomic_file::write(path, &bytes(scene))
 }
 
@@ -71,5 +82,14 @@ mod tests {
         assert_eq!((read.position, read.triangle), (hall.position, hall.triangle));
         // The reader normalises.
         assert!(read.normal.iter().zip(&hall.normal).all(|(a, b)| a.abs_diff_eq(*b, 1e-6)));
+    }
+
+    #[test]
+    fn an_empty_scene_is_refused_and_writes_nothing() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("empty.glb");
+        let error = save(&Scene::default(), &path).unwrap_err().to_string();
+        assert!(error.contains("empty.glb") && error.contains("triangles"), "{error}");
+        assert!(!path.exists());
     }
 }

@@ -175,7 +175,7 @@ impl Screen<'_> {
             let share = (jitter + f64::from(step)) / f64::from(params.steps);
             let pixels = (share.powf(f64::from(params.distribution)) * reach_px).max(1.0 + f64::from(step));
             for (sign, horizon) in &mut horizons {
-                let Some(tap) = self.tap(pixel, slice, *sign * pixels) else { continue };
+                let [Some(tap), _] = self.fronts(pixel, slice, *sign * pixels) else { continue };
                 let (towards, along) = (tap.dot(slice.towards), tap.dot(slice.along));
                 let distance = towards.hypot(along);
                 let cosine = towards / distance;
@@ -192,32 +192,17 @@ impl Screen<'_> {
         lost
     }
 
-    /// The way from the pixel to the surface of a tap, which is the pixel nearest to a point of the slice that is `pixels` heights of a
-    /// pixel away. None outside the frame and on the background.
-    fn tap(&self, pixel: [usize; 2], slice: &Slice, pixels: f64) -> Option<DVec3> {
-        let [column, row] = self.tap_pixel(pixel, slice, pixels)?;
-        self.way(pixel, [column, row], self.depth(column, row))
-    }
-
-    /// The same to each layer's surface.
-    pub(super) fn fronts(
-        &self,
-        pixel: [usize; 2],
-        slice: &Slice,
-        pixels: f64,
-    ) -> impl Iterator<Item = DVec3> {
-        let at = self.tap_pixel(pixel, slice, pixels);
-        let depths = at.into_iter().flat_map(|[column, row]| {
-            let second = self
-                .gbuffer
-                .second()
-                .map(|second| f64::from(second.depth[row * self.gbuffer.width() + column]));
-            [Some(self.depth(column, row)), second]
-                .into_iter()
-                .flatten()
-                .map(move |depth| ([column, row], depth))
-        });
-        depths.filter_map(move |(tap, depth)| self.way(pixel, tap, depth))
+    /// The way from the pixel to each layer's surface at a tap, which is the pixel nearest to a point of the slice that is `pixels` heights
+    /// of a pixel away. None outside the frame, on the background and where there is no second layer.
+    pub(super) fn fronts(&self, pixel: [usize; 2], slice: &Slice, pixels: f64) -> [Option<DVec3>; 2] {
+        let Some([column, row]) = self.tap_pixel(pixel, slice, pixels) else { return [None; 2] };
+        let at = row * self.gbuffer.width() + column;
+        let second = self.gbuffer.second().map(|second| f64::from(second.depth[at]));
+        let from = self.lens.position(pixel[0], pixel[1], self.depth(pixel[0], pixel[1]));
+        [Some(self.depth(column, row)), second].map(|depth| {
+            let depth = depth.filter(|depth| depth.is_finite())?;
+            Some(self.lens.position(column, row, depth) - from)
+        })
     }
 
     /// The pixel of a tap, if it lies in the frame.
@@ -228,12 +213,6 @@ impl Screen<'_> {
         let (width, height) = (self.gbuffer.width() as f64, self.gbuffer.height() as f64);
         let inside = (0.0..width).contains(&column) && (0.0..height).contains(&row);
         inside.then_some([column as usize, row as usize])
-    }
-
-    /// The way from a pixel's surface to a depth of another one. None on the background.
-    fn way(&self, [x, y]: [usize; 2], [column, row]: [usize; 2], depth: f64) -> Option<DVec3> {
-        let from = self.lens.position(x, y, self.depth(x, y));
-        depth.is_finite().then(|| self.lens.position(column, row, depth) - from)
     }
 }
 

@@ -67,7 +67,7 @@ impl Screen<'_> {
                 ((jitter + f64::from(step)) / f64::from(params.steps)).powf(f64::from(params.distribution));
             let pixels = (along * reach_px).max(1.0 + f64::from(step));
             for sign in [1.0, -1.0] {
-                for front in self.fronts([x, y], slice, sign * pixels) {
+                for front in self.fronts([x, y], slice, sign * pixels).into_iter().flatten() {
                     let (towards, along) = (front.dot(slice.towards), front.dot(slice.along));
                     if towards.hypot(along) > radius {
                         continue;

@@ -46,7 +46,11 @@ pub(super) fn run(args: &Args) -> Result<()> {
 
 /// A list of other scenes is not replaced.
 fn check_replaceable(table: &Path) -> Result<()> {
-    let Ok(list) = fs::read_to_string(table) else { return Ok(()) };
+    if !table.exists() {
+        return Ok(());
+    }
+    let list = fs::read(table).with_context(|| table.display().to_string())?;
+    let list = String::from_utf8_lossy(&list);
     let mut lines = list.lines();
     if lines.next() != Some(HEADER) || !lines.all(|line| line.starts_with("mix_")) {
         bail!("{}: expected no file, or a list of mixtures, found a list of other scenes", table.display());
