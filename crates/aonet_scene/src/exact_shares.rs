@@ -25,7 +25,8 @@ pub type ExactShares = [Vec<f32>; SHARES];
 /// cores, and the grid's columns and rows; 0 on the background. The first pixel is in the middle of the first square of `every` pixels.
 ///
 /// The rays are those of the reference. A ray is hit if it meets a surface that the frame shows ([`knowledge`](crate::knowledge)).
-/// Another one is hidden if it passes behind the last layer of the frame, by the least gap along its way, and off if it leaves the frame before that.
+/// Another one is hidden if it passes behind the last layer of the frame, by the least gap along its way, or closely behind the first of two, where
+/// no second layer shows what is there. It is off if it leaves the frame before that.
 ///
 /// # Errors
 /// When the view, a kind or the sampling is out of range, or `every` is 0.
@@ -78,12 +79,17 @@ fn passed(buffer: &GBuffer, point: &Point, direction: Vec3A, radius: f32) -> Opt
             off = true;
             break;
         }
-        if let Some(last) = last_depth(buffer, (x as usize, y as usize), place)
-            && depth > last * (1.0 + SLACK.0) + SLACK.1 * radius
-        {
-            // Along the camera's ray, as a search measures it.
-            let stretch = if camera.is_perspective() { place.length() / depth } else { 1.0 };
-            least = least.min((depth - last) * stretch / radius);
+        // Along the camera's ray, as a search measures it.
+        let stretch = if camera.is_perspective() { place.length() / depth } else { 1.0 };
+        for (layer, is_last) in [(0, buffer.second().is_none()), (1, true)] {
+            if let Some(seen) = depth_of(buffer, layer, (x as usize, y as usize), place)
+                && depth > seen * (1.0 + SLACK.0) + SLACK.1 * radius
+            {
+                let gap = (depth - seen) * stretch / radius;
+                if is_last || gap < GAPS[0] {
+                    least = least.min(gap);
+                }
+            }
         }
     }
     match (least.is_finite(), off) {
@@ -94,13 +100,14 @@ fn passed(buffer: &GBuffer, point: &Point, direction: Vec3A, radius: f32) -> Opt
     }
 }
 
-/// The depth of the last layer of a pixel, on the camera's ray through a place (view space): that of the plane which the pixel shows.
-/// `None` on the background, which hides nothing.
-fn last_depth(buffer: &GBuffer, (x, y): (usize, usize), place: Vec3A) -> Option<f32> {
+/// The depth of a layer at a pixel, on the camera's ray through a place (view space): that of the plane which the pixel shows. `None` on the
+/// background, which hides nothing, and where there is no such layer.
+fn depth_of(buffer: &GBuffer, layer: usize, (x, y): (usize, usize), place: Vec3A) -> Option<f32> {
     let i = y * buffer.width() + x;
-    let (depth, normal) = match buffer.second() {
-        Some(second) => (second.depth[i], second.normal.as_ref().map(|normal| normal[i])),
-        None => (buffer.depth()[i], Some(buffer.normal()[i])),
+    let (depth, normal) = match (layer, buffer.second()) {
+        (0, _) => (buffer.depth()[i], Some(buffer.normal()[i])),
+        (_, Some(second)) => (second.depth[i], second.normal.as_ref().map(|normal| normal[i])),
+        (_, None) => return None,
     };
     if !depth.is_finite() {
         return None;

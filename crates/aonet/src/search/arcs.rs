@@ -1,7 +1,8 @@
 //! Connected arcs: what is seen to block light, apart from what may lie behind it.
 // Ours: from the visibility bitmask (Therrien et al. 2023) the sectors of a slice. Two taps of a slice that lie on one
 // surface block the sectors between them, whatever is in front of them. A tap also hides what is behind it: light that
-// passes there is blocked with a probability. A second layer adds arcs of its own and hides only what is behind it.
+// passes there is blocked with a probability. A second layer adds arcs of its own and hides what is behind it; of what is behind the
+// first layer, only what passes so close that no second layer shows it is hidden.
 
 use super::PixelShares;
 use super::cubic::Spacing;
@@ -205,8 +206,8 @@ impl<'a> Arcs<'a> {
         Seen { valid, pixels: tap.pixels, depth, normal: turned, offset, near, sector: side.sector(offset) }
     }
 
-    /// What a tap sees in a layer; blocks the arcs that end there, and hides what is behind the last layer. In frames of one layer, an
-    /// arc that leaves the AO radius ends there.
+    /// What a tap sees in a layer; blocks the arcs that end there, as far as they lie within the AO radius; hides what is behind the last
+    /// layer, and close behind the first one.
     #[inline(always)]
     fn look<S: Simd, const LAYERS: usize>(
         &self,
@@ -217,21 +218,25 @@ impl<'a> Arcs<'a> {
         blocked: &mut Blocked<S>,
     ) -> Seen<S> {
         let now = self.seen(side, tap, layer);
-        for earlier in before[..earlier_steps(LAYERS)].as_flattened() {
-            // Behind the first layer, more of the arcs that leave the AO radius are wrong than right.
-            let near = if LAYERS == 1 { now.near | earlier.near } else { now.near };
+        for (i, earlier) in before[..earlier_steps(LAYERS)].as_flattened().iter().enumerate() {
             // Mostly both lie below the tangent plane: there is no sector between them.
             let between = earlier.sector.lt(now.sector) | now.sector.lt(earlier.sector);
-            let between = between & now.valid & earlier.valid & near;
+            let between = between & now.valid & earlier.valid & (now.near | earlier.near);
             if !between.any() {
                 continue;
             }
-            let joined = side.predicts(earlier, &now, tap.ray)
-                | side.predicts(&now, earlier, side.ray(earlier.pixels));
-            let joined = joined & between;
+            let forth = side.predicts(earlier, &now, tap.ray);
+            let back = side.predicts(&now, earlier, side.ray(earlier.pixels));
+            let whole = now.near & earlier.near;
+            let joined = between & (forth | back);
+            // Of two layers, more of the other arcs are wrong than right if one plane alone predicts the other.
+            let joined = match LAYERS {
+                1 => joined,
+                _ if i % LAYERS == layer => joined & (whole | (forth & back)),
+                _ => joined & forth & back,
+            };
             let [mut from, mut to] = [earlier.sector, now.sector];
-            let leaving = joined & !(now.near & earlier.near);
-            if LAYERS == 1 && leaving.any() {
+            if (joined & !whole).any() {
                 let border = self.border(side, [earlier, &now]);
                 from = earlier.near.select(from, border);
                 to = now.near.select(to, border);
@@ -239,11 +244,13 @@ impl<'a> Arcs<'a> {
             blocked.hit = blocked.hit | within(from.min(to), from.max(to), joined);
         }
         let hides = now.near & now.sector.lt(SECTORS - 0.5);
-        if layer + 1 == LAYERS && hides.any() {
+        if hides.any() {
             let (a, b) = (tap.ray.dot(tap.ray), tap.ray.dot(now.offset));
             let leaves = self.crossing(a, b, now.offset.dot(now.offset))[1];
             let along_ray = a.rough_inverse_sqrt() * self.screen.radius;
-            for (hidden, gap) in blocked.hidden.iter_mut().zip(&GAPS) {
+            // What a second layer shows lies farther behind.
+            let gaps = if layer + 1 == LAYERS { &GAPS[..] } else { &GAPS[..1] };
+            for (hidden, gap) in blocked.hidden.iter_mut().zip(gaps) {
                 let end = side.sector(tap.ray.mul_add(leaves.min(along_ray * *gap), now.offset));
                 *hidden = *hidden | within(now.sector.min(end), now.sector.max(end), hides);
             }

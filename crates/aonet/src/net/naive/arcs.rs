@@ -123,6 +123,7 @@ impl Side<'_> {
 /// A place on a surface that a tap sees.
 #[derive(Clone, Copy)]
 struct Seen {
+    layer: usize,
     place: DVec3,
     normal: DVec3,
     /// Away from the viewer, of unit length.
@@ -181,7 +182,8 @@ impl Screen<'_> {
         // Hit, hidden by each gap, off.
         let mut bits = [0u64; 5];
         let ray = -side.viewer;
-        let itself = Seen { place: side.pixel, normal: self.normal(x, y), ray, sector: SECTORS as u32 };
+        let itself =
+            Seen { layer: 0, place: side.pixel, normal: self.normal(x, y), ray, sector: SECTORS as u32 };
         let mut before = vec![vec![itself]];
         for step in 0..params.steps {
             let share = (jitter + f64::from(step)) / f64::from(params.steps);
@@ -208,22 +210,23 @@ impl Screen<'_> {
                 };
                 now.push(seen);
                 for earlier in before.iter().take(layers).flatten() {
-                    let near =
-                        side.near(&seen, self.radius) || layers == 1 && side.near(earlier, self.radius);
-                    if near && (predicts(earlier, &seen) || predicts(&seen, earlier)) {
+                    let [from, to] = [earlier, &seen].map(|end| side.near(end, self.radius));
+                    let [forth, back] = [predicts(earlier, &seen), predicts(&seen, earlier)];
+                    // Of two layers, only arcs of one layer within the AO radius are certain enough with one plane.
+                    let one_is_enough = layers == 1 || earlier.layer == layer && from && to;
+                    if (from || to) && (forth && back || one_is_enough && (forth || back)) {
+                        // Arcs end where they leave the AO radius.
                         let ends = [(earlier, &seen), (&seen, earlier)];
-                        let [a, b] = ends.map(|(end, other)| match layers {
-                            // Arcs end where they leave the AO radius.
-                            1 => side.end(end, other, self.radius),
-                            _ => end.sector,
-                        });
+                        let [a, b] = ends.map(|(end, other)| side.end(end, other, self.radius));
                         bits[0] |= between(a, b);
                     }
                 }
-                if layer + 1 == layers && side.near(&seen, self.radius) {
+                if side.near(&seen, self.radius) {
                     let [_, leaves] =
                         side.crossing(seen.place, seen.ray, self.radius).expect("inside the sphere");
-                    for (bits, gap) in bits[1..4].iter_mut().zip(GAPS) {
+                    // Only the last layer hides more than what passes close behind it.
+                    let gaps = if layer + 1 == layers { &GAPS[..] } else { &GAPS[..1] };
+                    for (bits, gap) in bits[1..4].iter_mut().zip(gaps) {
                         let end = side.sector(seen.place + seen.ray * leaves.min(gap * self.radius));
                         *bits |= between(seen.sector, end);
                     }
@@ -256,7 +259,7 @@ impl Screen<'_> {
         let per_depth = 1.0 / -ray.z;
         let facing = (ray.dot(normal) * per_depth).min(-MOST_GRAZING);
         let place = place - ray * per_depth * (beside / facing);
-        Some(Seen { place, normal, ray, sector: side.sector(place) })
+        Some(Seen { layer, place, normal, ray, sector: side.sector(place) })
     }
 
     /// Unit normal of the first layer: across the differences of its neighbours on each axis if depth is straight over the pixel on both,

@@ -143,9 +143,9 @@ fn nothing(pixels: f32) -> Seen {
     return Seen(false, pixels, 1.0, vec2(0.0), vec2(0.0), false, SECTORS);
 }
 
-/// Sectors between the viewer and the end of an arc; in frames of one layer, arcs end where they leave the AO radius.
+/// Sectors between the viewer and the end of an arc, which ends where it leaves the AO radius.
 fn end_of(s: Slice, side: Side, place: Seen, other: Seen) -> f32 {
-    if (place.near || LAYERS > 1u) {
+    if (place.near) {
         return place.sector;
     }
     let way = place.offset - other.offset;
@@ -184,21 +184,25 @@ fn counts_on(p: Pixel, s: Slice, side: Side, jitter: f32) -> array<f32, SHARES> 
                 for (var i = 0u; i < EARLIER * LAYERS; i++) {
                     let earlier = before[i];
                     // Sectors above the tangent plane alone are blocked.
-                    let near = here.near || (LAYERS == 1u && earlier.near);
-                    if (!earlier.valid || !near || min(here.sector, earlier.sector) >= SECTORS) {
+                    if (!earlier.valid || !(here.near || earlier.near) || min(here.sector, earlier.sector) >= SECTORS) {
                         continue;
                     }
-                    if (predicts(side, earlier, here, tap.ray)
-                        || predicts(side, here, earlier, ray_to(side, earlier.pixels))) {
+                    let forth = predicts(side, earlier, here, tap.ray);
+                    let back = predicts(side, here, earlier, ray_to(side, earlier.pixels));
+                    // Of two layers, more of the other arcs are wrong than right if one plane alone predicts the other.
+                    let one_is_enough = LAYERS == 1u || (i % LAYERS == layer && here.near && earlier.near);
+                    if ((forth && back) || (one_is_enough && (forth || back))) {
                         let ends = vec2(end_of(s, side, earlier, here), end_of(s, side, here, earlier));
                         blocked.hit |= sectors(u32(min(ends.x, ends.y)), u32(max(ends.x, ends.y)));
                     }
                 }
-                if (layer + 1u == LAYERS && here.near && here.sector < SECTORS) {
+                if (here.near && here.sector < SECTORS) {
                     let offset = here.offset;
                     let leaves = crossing(tap.ray, offset).y;
                     let along_ray = inverseSqrt(dot(tap.ray, tap.ray)) * frame.radius;
-                    for (var i = 0u; i < SHARES - 2; i++) {
+                    // What a second layer shows lies farther behind.
+                    let gaps = select(1u, SHARES - 2u, layer + 1u == LAYERS);
+                    for (var i = 0u; i < gaps; i++) {
                         let end = sector_of(s, side, offset + tap.ray * min(leaves, along_ray * GAPS[i]));
                         blocked.hidden[i] |= sectors(u32(min(here.sector, end)), u32(max(here.sector, end)));
                     }
