@@ -89,7 +89,7 @@ fn shares_are_those_of_rays_with_one_layer_and_with_two() {
             let error = mean(&|[found, exact], s| (found[s] - exact[s]).abs());
             let [found, exact] = [0, 1].map(|k| mean(&|pair, s| pair[k][s]));
             eprintln!("{name}, {kind:?}: found {found:.4?}, exact {exact:.4?}, mean error {error:.4?}");
-            // Measured, hit and hidden: 0.0115 and 0.0098 at most.
+            // Measured, hit and hidden: 0.0119 and 0.0098 at most.
             assert!(error[0] < 0.013 && error[1] < 0.011, "{name}, {kind:?}: {error:?}");
             // Light that turns towards the camera leaves the frame farther out than the search looks.
             assert!(found[2] < exact[2] + 0.002, "{name}, {kind:?}: {} off, exact {}", found[2], exact[2]);
@@ -134,9 +134,10 @@ fn visibility_lies_between_open_and_not_hit_light_whatever_is_shown() {
             excess.sort_by(f32::total_cmp);
             let at = |share: f32| excess[(share * (excess.len() - 1) as f32) as usize];
             eprintln!("{case}, {what}: 90 % {:.3}, 99 % {:.3}, most {:.3}", at(0.9), at(0.99), at(1.0));
-            // Measured: 0.003 and 0.116. The rest is beside silhouettes, where a pixel has two depths.
+            // Measured: 0.001 and 0.086; with two layers 0.116 if one plane were enough for every arc. The rest is beside silhouettes,
+            // where a pixel has two depths.
             assert!(
-                at(0.5) <= 0.0 && at(0.9) < 0.01 && at(0.99) < 0.15,
+                at(0.5) <= 0.0 && at(0.9) < 0.01 && at(0.99) < 0.11,
                 "{case}, {what}: {} and {}",
                 at(0.9),
                 at(0.99)
