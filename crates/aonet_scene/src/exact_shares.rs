@@ -25,8 +25,8 @@ pub type ExactShares = [Vec<f32>; SHARES];
 /// cores, and the grid's columns and rows; 0 on the background. The first pixel is in the middle of the first square of `every` pixels.
 ///
 /// The rays are those of the reference. A ray is hit if it meets a surface that the frame shows ([`knowledge`](crate::knowledge)).
-/// Another one is hidden if it passes behind the last layer of the frame, by the least gap along its way, or closely behind the first of two, where
-/// no second layer shows what is there. It is off if it leaves the frame before that.
+/// Another one is hidden if it passes behind the last layer of the frame, or behind the first of two by less than the first of the gaps, where no
+/// second layer shows anything; the least gap along its way counts. It is off if it leaves the frame before that.
 ///
 /// # Errors
 /// When the view, a kind or the sampling is out of range, or `every` is 0.

@@ -1,8 +1,8 @@
 //! Connected arcs: what is seen to block light, apart from what may lie behind it.
 // Ours: from the visibility bitmask (Therrien et al. 2023) the sectors of a slice. Two taps of a slice that lie on one
 // surface block the sectors between them, whatever is in front of them. A tap also hides what is behind it: light that
-// passes there is blocked with a probability. A second layer adds arcs of its own and hides what is behind it; of what is behind the
-// first layer, only what passes so close that no second layer shows it is hidden.
+// passes there is blocked with a probability. A second layer adds arcs of its own and hides what is behind it. Then the first layer
+// hides only light that passes close behind it, where no second layer shows anything.
 
 use super::PixelShares;
 use super::cubic::Spacing;
@@ -206,7 +206,7 @@ impl<'a> Arcs<'a> {
         Seen { valid, pixels: tap.pixels, depth, normal: turned, offset, near, sector: side.sector(offset) }
     }
 
-    /// What a tap sees in a layer; blocks the arcs that end there, as far as they lie within the AO radius; hides what is behind the last
+    /// What a tap sees in a layer. Blocks the arcs that end there, as far as they lie within the AO radius. Hides what is behind the last
     /// layer, and close behind the first one.
     #[inline(always)]
     fn look<S: Simd, const LAYERS: usize>(
@@ -229,7 +229,7 @@ impl<'a> Arcs<'a> {
             let back = side.predicts(&now, earlier, side.ray(earlier.pixels));
             let whole = now.near & earlier.near;
             let joined = between & (forth | back);
-            // Of two layers, more of the other arcs are wrong than right if one plane alone predicts the other.
+            // With two layers, arcs between layers and over the border of the AO radius need both planes: one alone is wrong too often.
             let joined = match LAYERS {
                 1 => joined,
                 _ if i % LAYERS == layer => joined & (whole | (forth & back)),
@@ -243,19 +243,33 @@ impl<'a> Arcs<'a> {
             }
             blocked.hit = blocked.hit | within(from.min(to), from.max(to), joined);
         }
-        let hides = now.near & now.sector.lt(SECTORS - 0.5);
-        if hides.any() {
-            let (a, b) = (tap.ray.dot(tap.ray), tap.ray.dot(now.offset));
-            let leaves = self.crossing(a, b, now.offset.dot(now.offset))[1];
-            let along_ray = a.rough_inverse_sqrt() * self.screen.radius;
-            // What a second layer shows lies farther behind.
-            let gaps = if layer + 1 == LAYERS { &GAPS[..] } else { &GAPS[..1] };
-            for (hidden, gap) in blocked.hidden.iter_mut().zip(gaps) {
-                let end = side.sector(tap.ray.mul_add(leaves.min(along_ray * *gap), now.offset));
-                *hidden = *hidden | within(now.sector.min(end), now.sector.max(end), hides);
-            }
-        }
+        // What a second layer shows lies farther behind the first.
+        let gaps = if layer + 1 == LAYERS { &GAPS[..] } else { &GAPS[..1] };
+        self.hide(side, tap, &now, gaps, blocked);
         now
+    }
+
+    /// Hides the sectors that pass behind what a tap sees, by less than each of the `gaps`.
+    #[inline(always)]
+    fn hide<S: Simd>(
+        &self,
+        side: &Side<'_, S>,
+        tap: &Tap<S>,
+        seen: &Seen<S>,
+        gaps: &[f32],
+        blocked: &mut Blocked<S>,
+    ) {
+        let hides = seen.near & seen.sector.lt(SECTORS - 0.5);
+        if !hides.any() {
+            return;
+        }
+        let (a, b) = (tap.ray.dot(tap.ray), tap.ray.dot(seen.offset));
+        let leaves = self.crossing(a, b, seen.offset.dot(seen.offset))[1];
+        let along_ray = a.rough_inverse_sqrt() * self.screen.radius;
+        for (hidden, gap) in blocked.hidden.iter_mut().zip(gaps) {
+            let end = side.sector(tap.ray.mul_add(leaves.min(along_ray * *gap), seen.offset));
+            *hidden = *hidden | within(seen.sector.min(end), seen.sector.max(end), hides);
+        }
     }
 
     /// Sectors between the viewer and where the way from one place to another leaves the AO radius, or enters it.

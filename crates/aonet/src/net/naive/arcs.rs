@@ -212,7 +212,7 @@ impl Screen<'_> {
                 for earlier in before.iter().take(layers).flatten() {
                     let [from, to] = [earlier, &seen].map(|end| side.near(end, self.radius));
                     let [forth, back] = [predicts(earlier, &seen), predicts(&seen, earlier)];
-                    // Of two layers, only arcs of one layer within the AO radius are certain enough with one plane.
+                    // With two layers, arcs between layers and over the border of the AO radius need both planes.
                     let one_is_enough = layers == 1 || earlier.layer == layer && from && to;
                     if (from || to) && (forth && back || one_is_enough && (forth || back)) {
                         // Arcs end where they leave the AO radius.

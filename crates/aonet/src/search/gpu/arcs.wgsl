@@ -189,7 +189,7 @@ fn counts_on(p: Pixel, s: Slice, side: Side, jitter: f32) -> array<f32, SHARES> 
                     }
                     let forth = predicts(side, earlier, here, tap.ray);
                     let back = predicts(side, here, earlier, ray_to(side, earlier.pixels));
-                    // Of two layers, more of the other arcs are wrong than right if one plane alone predicts the other.
+                    // With two layers, arcs between layers and over the border of the AO radius need both planes.
                     let one_is_enough = LAYERS == 1u || (i % LAYERS == layer && here.near && earlier.near);
                     if ((forth && back) || (one_is_enough && (forth || back))) {
                         let ends = vec2(end_of(s, side, earlier, here), end_of(s, side, here, earlier));
@@ -200,7 +200,7 @@ fn counts_on(p: Pixel, s: Slice, side: Side, jitter: f32) -> array<f32, SHARES> 
                     let offset = here.offset;
                     let leaves = crossing(tap.ray, offset).y;
                     let along_ray = inverseSqrt(dot(tap.ray, tap.ray)) * frame.radius;
-                    // What a second layer shows lies farther behind.
+                    // What a second layer shows lies farther behind the first.
                     let gaps = select(1u, SHARES - 2u, layer + 1u == LAYERS);
                     for (var i = 0u; i < gaps; i++) {
                         let end = sector_of(s, side, offset + tap.ray * min(leaves, along_ray * GAPS[i]));
