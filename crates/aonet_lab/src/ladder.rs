@@ -54,6 +54,8 @@ pub struct Finding {
     /// The same with the exact share of light that is hit in place of the search's, beside the AO of the very rays that found it: the noise
     /// that they share cancels, so that the number stands for many rays.
     pub explained_by_exact: f64,
+    /// Mean share of the squared error of the first of the two that lies in the worst hundredth of a frame's pixels.
+    pub worst: f64,
 }
 
 impl Ladder {
@@ -94,6 +96,7 @@ impl Ladder {
                 exact: finding.exact * share,
                 explained: finding.explained * share,
                 explained_by_exact: finding.explained_by_exact * share,
+                worst: finding.worst * share,
             };
         }
         Ok(rungs)
@@ -119,9 +122,11 @@ impl Ladder {
             finding.correlation += correlation(&found[0], exact);
             finding.hit += mean(&found[0]);
             finding.exact += mean(exact);
-            finding.explained += explained(&found, &truth);
+            let errors = unexplained(&found, &truth);
+            finding.explained += psnr(&errors);
+            finding.worst += worst(errors);
             replace_hits(&mut found, exact);
-            finding.explained_by_exact += explained(&found, &known.visibility);
+            finding.explained_by_exact += psnr(&unexplained(&found, &known.visibility));
         }
         rungs.frames += 1;
         Ok(())
@@ -160,9 +165,9 @@ fn replace_hits(found: &mut Found, exact: &[f32]) {
     }
 }
 
-/// PSNR (dB) of the visibility that is explained by shares of light: that of the best linear combination, which is fitted to this very frame. So it
+/// Squared errors of the visibility that shares of light explain: the best linear combination, which is fitted to this very frame. So it
 /// is what they could be worth to an estimator that knows the frame, and not what they are worth to one that does not.
-fn explained(found: &Found, visibility: &[f32]) -> f64 {
+fn unexplained(found: &Found, visibility: &[f32]) -> Vec<f64> {
     // The normal equations of least squares; the last column is the right-hand side.
     let mut rows = [[0.0; SHARES + 1]; SHARES];
     let values = |i: usize| -> [f64; SHARES + 1] {
@@ -193,8 +198,20 @@ fn explained(found: &Found, visibility: &[f32]) -> f64 {
         let found: f64 = rows.iter().zip(values).map(|(row, share)| row[SHARES] * share).sum();
         (found - values[SHARES]).powi(2)
     };
-    let squared = (0..visibility.len()).map(error).sum::<f64>() / visibility.len() as f64;
-    -10.0 * squared.max(1e-12).log10()
+    (0..visibility.len()).map(error).collect()
+}
+
+/// PSNR (dB) of squared errors.
+fn psnr(errors: &[f64]) -> f64 {
+    let mean = errors.iter().sum::<f64>() / errors.len() as f64;
+    -10.0 * mean.max(1e-12).log10()
+}
+
+/// Share of the sum in the largest hundredth of the values, rounded up.
+fn worst(mut errors: Vec<f64>) -> f64 {
+    errors.sort_unstable_by(|a, b| b.total_cmp(a));
+    let sum = |errors: &[f64]| errors.iter().sum::<f64>();
+    sum(&errors[..errors.len().div_ceil(100)]) / sum(&errors).max(1e-12)
 }
 
 fn mean(values: &[f32]) -> f64 {
@@ -250,7 +267,7 @@ mod tests {
         assert!(one > 15.0 && two > one + 1.0, "{rungs:?}");
         let found = rungs.searches[0];
         assert!(found.correlation > 0.7 && (found.hit / found.exact - 1.0).abs() < 0.5, "{found:?}");
-        assert!(found.explained > 15.0, "{found:?}");
+        assert!(found.explained > 15.0 && (0.01..1.0).contains(&found.worst), "{found:?}");
         let error = ladder(of("gtao")).climb(&manifest, Path::new(""), &count).unwrap_err().to_string();
         assert!(error.contains("reports shares"), "{error}");
     }
@@ -265,6 +282,7 @@ mod tests {
         let found = varied();
         let mixed = |i: usize| 1.0 - 0.9 * found[0][i] - 0.3 * found[2][i] - 0.6 * found[4][i];
         let visibility: Vec<f32> = (0..40).map(mixed).collect();
+        let explained = |found: &Found, visibility: &[f32]| psnr(&unexplained(found, visibility));
         assert!(explained(&found, &visibility) > 90.0);
         // An error of 0.1 or -0.1 with a pattern that no share has; least squares may explain a part of it.
         let noisy: Vec<f32> =
@@ -276,6 +294,14 @@ mod tests {
             (explained(&none, &[0.9; 40]) - 20.0).abs() < 1e-3,
             "an occlusion of 0.1 that nothing explains"
         );
+    }
+
+    #[test]
+    fn the_worst_hundredth_is_one_pixel_of_a_hundred() {
+        let errors: Vec<_> = (0..100).map(|i| if i == 42 { 99.0 } else { 1.0 }).collect();
+        assert_eq!(worst(errors), 0.5);
+        assert_eq!(worst(vec![0.0; 5]), 0.0);
+        assert_eq!(worst(vec![1.0, 3.0]), 0.75, "of a few pixels it is one");
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 mod bent;
 #[cfg(feature = "gpu")]
-mod gpu;
+pub(super) mod gpu;
 mod ops;
 mod subject;
 mod table;

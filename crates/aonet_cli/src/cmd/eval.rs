@@ -1,5 +1,6 @@
 //! `aonet eval`: networks, classic methods and a constant image against the reference, over a dataset.
 
+mod estimate;
 mod report;
 
 use crate::names;
@@ -77,6 +78,10 @@ pub(crate) struct Args {
     /// Also draw PSNR and SSIM over time, with the front of what no method beats in both.
     #[arg(long, value_name = "OUT.svg", value_parser = names::ending("svg"))]
     plot: Option<PathBuf>,
+    /// The same over the time that a common graphics processor is estimated to need for 1280x720, as `aonet bench --device gpu` counts it;
+    /// needs a program built with the feature `gpu`, and no graphics processor.
+    #[arg(long, value_name = "OUT.svg", value_parser = names::ending("svg"))]
+    plot_gpu: Option<PathBuf>,
 }
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
@@ -133,6 +138,8 @@ pub(crate) fn run(args: &Args) -> Result<()> {
         name: name.clone(),
         method: Method::Classic { method, threads },
     }));
+    // Before the frames are scored, which takes long.
+    let gpu_ms = args.plot_gpu.is_some().then(|| estimate::gpu_ms(&contestants)).transpose()?;
     let seen = Seen {
         margin: !args.no_margin,
         second: !args.no_second,
@@ -154,8 +161,16 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     if let Some(path) = &args.output {
         atomic_file::write(path, text.as_bytes())?;
     }
-    if let Some(path) = &args.plot {
-        atomic_file::write(path, report::as_plot(&table, models.len() * precisions(args).len())?.as_bytes())?;
+    let measured: Vec<_> = table.overall.iter().map(|(_, row)| row.ms).collect();
+    let plots = [
+        (&args.plot, "ms a frame", Some(measured)),
+        (&args.plot_gpu, estimate::AXIS, gpu_ms),
+    ];
+    let networks = models.len() * precisions(args).len();
+    for (path, axis, times) in plots {
+        if let (Some(path), Some(times)) = (path, times) {
+            atomic_file::write(path, report::as_plot(&table, networks, (axis, &times))?.as_bytes())?;
+        }
     }
     output::text(&text)
 }

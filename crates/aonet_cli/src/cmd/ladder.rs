@@ -16,7 +16,8 @@ use std::path::PathBuf;
 ///
 /// The first table has the mean PSNR of such a visibility for each guard band and second layer. The second one compares the share of
 /// light that a search says is hit with the exact one, on frames with one layer, and with a guard band and two. It also has the mean PSNR of the
-/// visibility that the shares of light explain, if every frame had weights of its own: with the search's hits, and with the exact ones.
+/// visibility that the shares of light explain, if every frame had weights of its own: with the search's hits, and with the exact ones. The last
+/// column is the share of the squared error, with the search's hits, that lies in the worst hundredth of a frame's pixels.
 #[derive(Debug, Parser)]
 #[command(after_help = "Example:
   aonet ladder data/test_any --scenes-dir scenes --frames 16")]
@@ -55,7 +56,8 @@ const FRAMES: [(&str, Surround); 2] = [
 ];
 
 /// Columns of the table of searches.
-const HEADER: [&str; 6] = ["search", "correlation", "hit", "exact", "explained dB", "with exact hits dB"];
+const HEADER: [&str; 7] =
+    ["search", "correlation", "hit", "exact", "explained dB", "with exact hits dB", "error in worst 1 %"];
 
 /// Runs the command.
 pub(crate) fn run(args: &Args) -> Result<()> {
@@ -112,7 +114,8 @@ fn report(args: &Args, ladder: &Ladder, rungs: &Rungs) -> Result<()> {
     let row = |(name, found): (&String, &aonet_lab::ladder::Finding)| {
         let hits = [number(found.correlation, 3), number(found.hit, 4), number(found.exact, 4)];
         let psnr = [number(found.explained, 2), number(found.explained_by_exact, 2)];
-        [name.clone()].into_iter().chain(hits).chain(psnr).collect::<Vec<_>>()
+        let worst = number(found.worst, 2);
+        [name.clone()].into_iter().chain(hits).chain(psnr).chain([worst]).collect::<Vec<_>>()
     };
     let rows: Vec<_> = names.zip(&rungs.searches).map(row).collect();
     output::text(&table(&HEADER, &rows, Style::Text))

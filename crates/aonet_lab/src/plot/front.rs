@@ -12,6 +12,9 @@ const HEIGHT: u32 = 380;
 /// Size of text (px), and the mean width of a letter.
 const TEXT: i32 = 13;
 const LETTER: i32 = 7;
+/// Width of the labels of the scores (px), and the left edge of the charts: a margin comes before the labels.
+const SCORES: i32 = 56;
+const LEFT: i32 = 10 + SCORES;
 /// Radius of a point (px).
 const RADIUS: i32 = 5;
 
@@ -28,11 +31,13 @@ pub struct Point {
     pub group: usize,
 }
 
-/// One chart: its title and its points. Points that are not finite, or take no time, are left out.
+/// One chart: its title, what the axis of times says, and its points. Points that are not finite, or take no time, are left out.
 #[derive(Debug, Clone, Copy)]
 pub struct Front<'a> {
     /// The score and its unit.
     pub title: &'a str,
+    /// The time and its unit.
+    pub axis: &'a str,
     /// The methods.
     pub points: &'a [Point],
 }
@@ -54,7 +59,7 @@ fn draw<'a>(svg: &'a mut String, charts: &[Front<'_>]) -> Drawn<'a> {
     for (area, front) in root.split_evenly((rows, 1)).iter().zip(charts) {
         let points: Vec<&Point> = front.points.iter().filter(|p| drawable(p)).collect();
         if !points.is_empty() {
-            chart(area, front.title, &points)?;
+            chart(area, front, &points)?;
         }
     }
     root.present()
@@ -77,16 +82,16 @@ fn best<'a>(points: &[&'a Point]) -> Vec<&'a Point> {
     sorted
 }
 
-fn chart<'a>(area: &DrawingArea<SVGBackend<'a>, Shift>, title: &str, points: &[&Point]) -> Drawn<'a> {
-    let ms = super::range(points.iter().map(|p| p.ms.ln()), 0.08);
+fn chart<'a>(area: &DrawingArea<SVGBackend<'a>, Shift>, front: &Front<'_>, points: &[&Point]) -> Drawn<'a> {
+    let ms = super::range(points.iter().map(|p| p.ms.ln()), 0.14);
     let scores = super::range(points.iter().map(|p| p.score), 0.08);
     let mut chart = ChartBuilder::on(area)
-        .caption(title, ("sans-serif", 18))
-        .margin(10)
+        .caption(front.title, ("sans-serif", 18))
+        .margin(LEFT - SCORES)
         .x_label_area_size(44)
-        .y_label_area_size(56)
+        .y_label_area_size(SCORES)
         .build_cartesian_2d((ms.start.exp()..ms.end.exp()).log_scale(), scores)?;
-    chart.configure_mesh().x_desc("ms a frame").max_light_lines(0).x_labels(6).y_labels(6).draw()?;
+    chart.configure_mesh().x_desc(front.axis).max_light_lines(0).x_labels(6).y_labels(6).draw()?;
     let corners = best(points).into_iter().map(|p| (p.ms, p.score));
     chart.draw_series(LineSeries::new(corners, BLACK.mix(0.35)))?;
     let places: Vec<_> = points.iter().map(|p| chart.backend_coord(&(p.ms, p.score))).collect();
@@ -128,7 +133,7 @@ impl Box {
         let boxes: Vec<Self> =
             places.map(|(dx, dy)| Self { left: x + dx, top: y + dy, width, height }).collect();
         let free = |b: &Self| {
-            b.left >= 0 && b.left + b.width <= WIDTH as i32 && !taken.iter().any(|other| b.meets(other))
+            b.left >= LEFT && b.left + b.width <= WIDTH as i32 && !taken.iter().any(|other| b.meets(other))
         };
         boxes.iter().copied().find(free).unwrap_or(boxes[0])
     }
@@ -178,7 +183,8 @@ mod tests {
             point("c", 7.0, 3.0),
         ];
         let svg =
-            fronts(&[Front { title: "PSNR", points: &odd }, Front { title: "none", points: &[] }]).unwrap();
+            fronts(&[("PSNR", &odd[..]), ("none", &[])].map(|(title, points)| Front { title, axis: "ms", points }))
+                .unwrap();
         assert!(svg.contains("a &lt;b&gt;") && !svg.contains("nan") && !svg.contains("NaN"), "{svg}");
         assert!(!svg.contains("no time"), "{svg}");
     }

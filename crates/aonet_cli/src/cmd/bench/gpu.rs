@@ -1,6 +1,6 @@
 //! `--device gpu`: one row for every method, precision and size, pass by pass.
 
-mod estimate;
+pub(in crate::cmd) mod estimate;
 mod flags;
 mod methods;
 mod text;

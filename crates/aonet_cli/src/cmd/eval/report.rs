@@ -96,11 +96,12 @@ fn breakdown(results: &Table, style: Style) -> String {
     table(&header, &results.breakdown.iter().map(cells).collect::<Vec<_>>(), style)
 }
 
-/// PSNR and SSIM over time: one colour for the networks, which are the first rows after the constant, and one for the rest.
-pub(super) fn as_plot(table: &Table, networks: usize) -> Result<String> {
+/// PSNR and SSIM over the time of each row (ms), which the axis names: one colour for the networks, which are the first rows after the
+/// constant, and one for the rest.
+pub(super) fn as_plot(table: &Table, networks: usize, (axis, ms): (&str, &[Option<f64>])) -> Result<String> {
     let points = |score: fn(&Row) -> f64| -> Vec<Point> {
-        let timed = table.overall.iter().enumerate().filter_map(|(i, (name, row))| {
-            row.ms.map(|ms| Point {
+        let timed = table.overall.iter().zip(ms).enumerate().filter_map(|(i, ((name, row), ms))| {
+            ms.map(|ms| Point {
                 label: name.clone(),
                 ms,
                 score: score(row),
@@ -110,7 +111,8 @@ pub(super) fn as_plot(table: &Table, networks: usize) -> Result<String> {
         timed.collect()
     };
     let (psnr, ssim) = (points(|row| row.psnr), points(|row| row.ssim));
-    Ok(fronts(&[Front { title: "PSNR (dB)", points: &psnr }, Front { title: "SSIM", points: &ssim }])?)
+    let of = |title, points| Front { title, axis, points };
+    Ok(fronts(&[of("PSNR (dB)", &psnr), of("SSIM", &ssim)])?)
 }
 
 pub(super) fn as_json(args: &Args, table: &Table, conditions: &Conditions) -> Result<String> {

@@ -63,6 +63,9 @@ pub fn network_costs(model: &Model, size: Size, precision: Precision) -> aonet_s
 pub fn classic_costs(method: &Classic, size: Size) -> Vec<PassCost> {
     let pixels = size.pixels() as f64;
     let mut costs = search(method, pixels);
+    if costs.is_empty() {
+        return costs;
+    }
     costs.push(cost("image", IMAGE * pixels, (DEPTH + VISIBILITY + OUTPUT) * pixels));
     costs
 }

@@ -26,20 +26,20 @@ impl Peaks {
 
 /// A model of a device of the class of an RTX 3060: computed from counts, not measured.
 #[derive(Debug, Clone, Copy, Serialize)]
-pub(super) struct Estimate {
-    pub(super) device: &'static str,
-    pub(super) tflops: f64,
-    pub(super) gb_per_s: f64,
+pub(in crate::cmd) struct Estimate {
+    pub(in crate::cmd) device: &'static str,
+    pub(in crate::cmd) tflops: f64,
+    pub(in crate::cmd) gb_per_s: f64,
     /// Shares of both peaks that shaders reach.
-    pub(super) flop_efficiency: f64,
-    pub(super) byte_efficiency: f64,
+    pub(in crate::cmd) flop_efficiency: f64,
+    pub(in crate::cmd) byte_efficiency: f64,
     /// Time between two passes (ms).
-    pub(super) gap_ms: f64,
+    pub(in crate::cmd) gap_ms: f64,
 }
 
 /// 3584 multiply-adds at 1.78 GHz in f32, and as many in f16 without matrix units; 192 bits at 15 Gbit/s: the
 /// manufacturer's data sheet.
-pub(super) const RTX_3060: Estimate = Estimate {
+pub(in crate::cmd) const RTX_3060: Estimate = Estimate {
     device: "RTX 3060 class",
     tflops: 12.7,
     gb_per_s: 360.0,
@@ -53,14 +53,14 @@ pub(super) const RTX_3060: Estimate = Estimate {
 
 impl Estimate {
     /// Estimated time of a pass (ms).
-    pub(super) fn ms(self, cost: &PassCost) -> f64 {
+    pub(in crate::cmd) fn ms(self, cost: &PassCost) -> f64 {
         let flop_ms = cost.flop / (self.tflops * self.flop_efficiency) / 1e9;
         let bytes_ms = cost.bytes / (self.gb_per_s * self.byte_efficiency) / 1e6;
         flop_ms.max(bytes_ms) + self.gap_ms
     }
 
     /// A sentence that explains the estimate.
-    pub(super) fn sentence(self) -> String {
+    pub(in crate::cmd) fn sentence(self) -> String {
         let Self { device, tflops, gb_per_s, flop_efficiency, byte_efficiency, gap_ms } = self;
         format!(
             "estimate: not measured; counted operations at {:.0} % of {tflops} TFLOP/s or counted bytes at {:.0} % of {gb_per_s} \
