@@ -162,10 +162,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
         atomic_file::write(path, text.as_bytes())?;
     }
     let measured: Vec<_> = table.overall.iter().map(|(_, row)| row.ms).collect();
-    let plots = [
-        (&args.plot, "ms a frame", Some(measured)),
-        (&args.plot_gpu, estimate::AXIS, gpu_ms),
-    ];
+    let plots = [(&args.plot, "ms a frame", Some(measured)), (&args.plot_gpu, estimate::AXIS, gpu_ms)];
     let networks = models.len() * precisions(args).len();
     for (path, axis, times) in plots {
         if let (Some(path), Some(times)) = (path, times) {

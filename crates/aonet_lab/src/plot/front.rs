@@ -182,9 +182,12 @@ mod tests {
             point("a <b>", 5.0, 2.0),
             point("c", 7.0, 3.0),
         ];
-        let svg =
-            fronts(&[("PSNR", &odd[..]), ("none", &[])].map(|(title, points)| Front { title, axis: "ms", points }))
-                .unwrap();
+        let svg = fronts(&[("PSNR", &odd[..]), ("none", &[])].map(|(title, points)| Front {
+            title,
+            axis: "ms",
+            points,
+        }))
+        .unwrap();
         assert!(svg.contains("a &lt;b&gt;") && !svg.contains("nan") && !svg.contains("NaN"), "{svg}");
         assert!(!svg.contains("no time"), "{svg}");
     }
