@@ -54,15 +54,21 @@ fn best<T: Send>(mut states: Vec<T>, rounds: usize, work: &(dyn Fn(&mut T) -> f6
         barrier.wait();
         let start = Instant::now();
         let done = work(state);
-        // The slowest thread counts: one that is done early does not make the machine faster.
         barrier.wait();
-        done / start.elapsed().as_secs_f64() / 1e9
+        (done, start.elapsed().as_secs_f64())
     };
-    let all = |state: &mut T| -> Vec<f64> { (0..rounds).map(|_| round(state)).collect() };
+    let all = |state: &mut T| -> Vec<(f64, f64)> { (0..rounds).map(|_| round(state)).collect() };
     std::thread::scope(|scope| {
         let threads: Vec<_> = states.iter_mut().map(|state| scope.spawn(|| all(state))).collect();
-        let rates: Vec<_> = threads.into_iter().map(|t| t.join().expect("a round does not panic")).collect();
-        (0..rounds).map(|i| rates.iter().map(|rates| rates[i]).sum()).fold(0.0, f64::max)
+        let found: Vec<_> = threads.into_iter().map(|t| t.join().expect("a round does not panic")).collect();
+        // All threads share the time from the first start to the last end: one that is done early, or starts late, does not make the
+        // machine faster.
+        let rate = |i: usize| {
+            let (done, seconds) =
+                found.iter().fold((0.0, 0f64), |(done, longest), of| (done + of[i].0, longest.max(of[i].1)));
+            done / seconds / 1e9
+        };
+        (0..rounds).map(rate).fold(0.0, f64::max)
     })
 }
 
