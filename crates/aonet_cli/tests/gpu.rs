@@ -56,6 +56,25 @@ fn ok(dir: &Path, line: &str) -> String {
     stderr
 }
 
+/// The estimates need no device.
+#[test]
+fn scores_are_drawn_over_estimated_times() {
+    let dir = tempfile::tempdir().unwrap();
+    ok(
+        dir.path(),
+        "dataset frames --procedural clutter_pile:1 --split test --frames 1 --width 64 --height 48 --spp 8",
+    );
+    ok(
+        dir.path(),
+        "eval frames --model fast --classic gtao --classic nnao --plot-gpu gpu.svg --plot cpu.svg",
+    );
+    let [gpu, cpu] =
+        ["gpu.svg", "cpu.svg"].map(|name| std::fs::read_to_string(dir.path().join(name)).unwrap());
+    assert!(gpu.contains("estimated ms") && gpu.contains("fast") && gpu.contains("gtao"), "{gpu}");
+    assert!(!gpu.contains("nnao"), "it has no shaders: {gpu}");
+    assert!(!cpu.contains("estimated") && cpu.contains("nnao"), "{cpu}");
+}
+
 /// A folder with a frame, and the same with a guard band and a second layer.
 fn desk() -> tempfile::TempDir {
     let dir = tempfile::tempdir().unwrap();

@@ -218,6 +218,8 @@ fn a_dataset_is_made_described_and_evaluated() {
     assert_eq!(table["overall"][1]["scores"]["frames"], 2);
     assert!(desk.ok("eval frames --markdown -o table.md").starts_with("| method"));
     assert!(desk.path("table.md").exists());
+    #[cfg(not(feature = "gpu"))]
+    assert!(desk.fails("eval frames --plot-gpu p.svg").contains("--features gpu"));
 }
 
 #[test]

@@ -78,8 +78,8 @@ pub(crate) struct Args {
     /// Also draw PSNR and SSIM over time, with the front of what no method beats in both.
     #[arg(long, value_name = "OUT.svg", value_parser = names::ending("svg"))]
     plot: Option<PathBuf>,
-    /// The same over the time that a common graphics processor is estimated to need for 1280x720, as `aonet bench --device gpu` counts it;
-    /// needs a program built with the feature `gpu`, and no graphics processor.
+    /// The same over the time that a common graphics processor is estimated to need for 1280x720 with one layer, in f32, as
+    /// `aonet bench --device gpu` counts it; needs a program built with the feature `gpu`, and no graphics processor.
     #[arg(long, value_name = "OUT.svg", value_parser = names::ending("svg"))]
     plot_gpu: Option<PathBuf>,
 }
@@ -118,21 +118,9 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     let mut contestants =
         vec![Contestant { name: format!("constant {constant:.3}"), method: Method::Constant(constant) }];
     for (name, model) in &models {
-        let fits = radius_fits(model, &manifest);
-        if !fits && !args.any_radius {
-            bail!(
-                "{name} was trained with radius {:?} and the frames have {:?}: pass --any-radius to score it all the same",
-                model.facts().radius,
-                manifest.plan.recipe.radius
-            );
-        }
-        for precision in precisions(args) {
-            let name = if precision == Precision::F32 { name.clone() } else { format!("{name} {precision}") };
-            let name = if fits { name } else { format!("{name} *") };
-            let options = Options { threads, precision, ..Options::default() };
-            contestants.push(Contestant { name, method: Method::Network { model, options } });
-        }
+        contestants.extend(networks(args, &manifest, (name, model), threads)?);
     }
+    let networks = contestants.len() - 1;
     let classic = setup::classic(&args.classic)?;
     contestants.extend(classic.iter().map(|(name, method)| Contestant {
         name: name.clone(),
@@ -163,13 +151,36 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     }
     let measured: Vec<_> = table.overall.iter().map(|(_, row)| row.ms).collect();
     let plots = [(&args.plot, "ms a frame", Some(measured)), (&args.plot_gpu, estimate::AXIS, gpu_ms)];
-    let networks = models.len() * precisions(args).len();
     for (path, axis, times) in plots {
         if let (Some(path), Some(times)) = (path, times) {
             atomic_file::write(path, report::as_plot(&table, networks, (axis, &times))?.as_bytes())?;
         }
     }
     output::text(&text)
+}
+
+/// A network in each of the precisions.
+fn networks<'a>(
+    args: &Args,
+    manifest: &Manifest,
+    (name, model): (&str, &'a Model),
+    threads: usize,
+) -> Result<Vec<Contestant<'a>>> {
+    let fits = radius_fits(model, manifest);
+    if !fits && !args.any_radius {
+        bail!(
+            "{name} was trained with radius {:?} and the frames have {:?}: pass --any-radius to score it all the same",
+            model.facts().radius,
+            manifest.plan.recipe.radius
+        );
+    }
+    let of = |precision| {
+        let name = if precision == Precision::F32 { name.to_owned() } else { format!("{name} {precision}") };
+        let name = if fits { name } else { format!("{name} *") };
+        let options = Options { threads, precision, ..Options::default() };
+        Contestant { name, method: Method::Network { model, options } }
+    };
+    Ok(precisions(args).into_iter().map(of).collect())
 }
 
 fn precisions(args: &Args) -> Vec<Precision> {

@@ -6,7 +6,7 @@ use aonet_lab::eval::Contestant;
 /// What the axis of the chart says.
 pub(super) const AXIS: &str = "estimated ms a frame of 1280x720, RTX 3060 class";
 
-/// Estimated times (ms) of methods at 1280x720 in f32, in their order; `None` where a method has no shaders.
+/// Estimated times (ms) of methods at 1280x720 with one layer, in f32, in their order; `None` where a method has no shaders.
 ///
 /// # Errors
 /// When the program was built without the feature `gpu`.
