@@ -2,14 +2,16 @@
 
 mod common;
 
+use aonet::internals::graph::Graph;
 use aonet::internals::naive;
+use aonet::internals::weights::Weights;
 use aonet::net::cpu::{Options, Precision, Session};
-use aonet::net::{Features, KernelWeights, Model, ModelConfig, Output, Ranges, Skips};
+use aonet::net::{Features, KernelWeights, Model, ModelConfig, Output, Ranges, Skips, TrainingFacts};
 use aonet::simd::Level;
 use aonet::{AoImage, GBuffer, Size};
 use common::{
-    assert_close, behind_bars, camera, frame, model, oracle, params, seeing, small, spread, surveying, waves,
-    weighing_shares,
+    assert_close, behind_bars, camera, frame, max_error, model, oracle, params, seeing, small, smoothing,
+    spread, surveying, waves, weighing_shares,
 };
 
 /// Largest difference between a session and the oracle. Measured over all tests here: 5e-7, from the order of
@@ -94,8 +96,8 @@ fn corrections() {
 
 #[test]
 fn weights_of_shares_and_surveys() {
-    for (patch, config) in [1, 2, 4, 8].into_iter().flat_map(|p| [(p, weighing_shares(p)), (p, surveying(p))])
-    {
+    let kinds = |p| [(p, weighing_shares(p)), (p, surveying(p)), (p, smoothing(p))];
+    for (patch, config) in [1, 2, 4, 8].into_iter().flat_map(kinds) {
         let model = model(config, 1);
         let noise = frame(Size::px(45, 20), 2);
         let bars = behind_bars(&waves(Size::px(70, 33)));
@@ -108,6 +110,24 @@ fn weights_of_shares_and_surveys() {
             assert_close(&found, &expected, (TOLERANCE, &format!("patches of {patch}")));
         }
     }
+}
+
+#[test]
+fn smoothing_changes_what_a_network_adds_and_nothing_else() {
+    let gbuffer = behind_bars(&waves(Size::px(70, 33)));
+    let [plain, smooth] =
+        [surveying(4), smoothing(4)].map(|config| run(&model(config, 1), &gbuffer, (1, Level::best())));
+    assert!(max_error(&plain, &smooth) > 0.05, "nothing is smoothed");
+    // A network that adds nothing leaves the search as it is.
+    let nothing = |config: ModelConfig| {
+        let graph = Graph::new(&config).unwrap();
+        let mut tensors = Weights::init(&graph, 1).tensors().clone();
+        tensors.values_mut().for_each(|tensor| tensor.values.fill(0.0));
+        let weights = Weights::new(&graph, tensors).unwrap();
+        let model = Model::new(config, weights, TrainingFacts::default()).unwrap();
+        run(&model, &gbuffer, (2, Level::best()))
+    };
+    assert_eq!(nothing(smoothing(4)), nothing(surveying(4)));
 }
 
 #[test]

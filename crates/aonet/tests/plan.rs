@@ -19,6 +19,7 @@ fn reads(step: &Step) -> Vec<usize> {
         Step::Surfels { .. } => vec![],
         Step::Search { surfels, .. } => surfels.iter().flatten().copied().collect(),
         Step::Filter { input, .. } => vec![*input],
+        Step::Smooth { base, .. } => vec![*base],
         Step::Features { search, .. } => search.iter().copied().collect(),
         Step::Survey { surfels, .. } => surfels.to_vec(),
         Step::Conv(ConvStep { sources, .. }) => sources.iter().map(|s| s.buffer).collect(),
@@ -35,6 +36,7 @@ fn writes(step: &Step) -> Vec<usize> {
         Step::Surfels { outputs } => outputs.to_vec(),
         Step::Search { output, .. }
         | Step::Filter { output, .. }
+        | Step::Smooth { added: output, .. }
         | Step::Features { output, .. }
         | Step::Survey { output, .. }
         | Step::Conv(ConvStep { output, .. }) => vec![*output],
@@ -65,15 +67,15 @@ fn any_config() -> impl Strategy<Value = ModelConfig> {
         Just(Features::normal_depth()),
         Just(Features::normal_radius_horizon())
     ];
-    // Passes of the filter, where there is a search, and whether it is corrected.
-    let search = (0u32..=4, any::<bool>());
+    // Passes of the filter, where there is a search, and whether it is corrected, and smoothed.
+    let search = (0u32..=4, any::<bool>(), any::<bool>());
     let patch = prop_oneof![Just(1), Just(2), Just(4), Just(8)];
     (1usize..=4, patch, kernel, features, search).prop_flat_map(
         |(levels, patch, kernel, features, search)| {
             let widths = prop::collection::vec(1usize..=40, 2 * levels - 1);
             widths.prop_map(move |mut encoder| {
                 let decoder = encoder.split_off(levels);
-                let (denoise_passes, corrects) = search;
+                let (denoise_passes, corrects, smooths) = search;
                 let output = if corrects { Output::Correction } else { Output::Visibility };
                 let agtao = AgtaoParams { denoise_passes, ..AgtaoParams::default() };
                 let search = (corrects || features.horizon().is_some()).then_some(SearchConfig::Agtao(agtao));
@@ -84,6 +86,7 @@ fn any_config() -> impl Strategy<Value = ModelConfig> {
                     features,
                     output,
                     search,
+                    smooth: smooths && corrects && denoise_passes > 0,
                     encoder,
                     decoder,
                     ..ModelConfig::paper()
@@ -131,6 +134,7 @@ fn the_papers_network_is_features_fourteen_convolutions_and_a_head() {
             Step::Surfels { .. }
             | Step::Search { .. }
             | Step::Filter { .. }
+            | Step::Smooth { .. }
             | Step::Features { .. }
             | Step::Survey { .. }
             | Step::Head(_)
@@ -165,6 +169,17 @@ fn a_search_is_steps_of_its_own() {
     assert_eq!((base, plan.buffers[found].live), (Some(found), Lifetime { first: 1, last }));
     // The frame's size, not the padded one.
     assert_eq!((plan.padded, plan.buffers[found].len()), (Size::px(1280, 768), 1280 * 720));
+}
+
+#[test]
+fn smoothing_follows_the_head() {
+    let plan = plan(&ModelConfig::balanced(), Size::px(1280, 720));
+    let last = plan.steps.len() - 1;
+    let Step::Head(HeadStep { base: Some(found), .. }) = plan.steps[last - 1] else { panic!("no head") };
+    let Step::Smooth { base, added, .. } = plan.steps[last] else { panic!("no smoothing") };
+    assert_eq!((base, plan.buffers[found].live.last), (found, last));
+    assert_eq!(plan.buffers[added].live, Lifetime { first: last, last });
+    assert_eq!(first_overwritten_read(&plan), None);
 }
 
 #[test]

@@ -23,10 +23,11 @@ fn sizes() -> impl Iterator<Item = Size> {
     (1..=256).map(|width| Size::px(width, width * 37 % 256 + 1))
 }
 
-/// A small network that corrects a search.
+/// A small network that corrects a search, and smooths the correction.
 fn correcting() -> ModelConfig {
     ModelConfig {
         output: Output::Correction,
+        smooth: true,
         ..small(Features::normal_radius_horizon(), 4, KernelWeights::Off)
     }
 }

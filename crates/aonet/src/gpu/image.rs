@@ -3,6 +3,8 @@
 use crate::gpu::program::{Binding, BufferId, Dispatches, Draw, Grid};
 use crate::gpu::shader::Shader;
 use crate::gpu::surface::Surface;
+use crate::search::Denoise;
+use crate::search::gpu::denoise;
 
 /// What the image is made of.
 #[derive(Debug, Clone, Copy)]
@@ -26,6 +28,20 @@ pub(crate) struct Image {
 }
 
 impl Image {
+    /// The same after the filter, over what the network added to the base.
+    pub(crate) fn smoothed(
+        self,
+        (by, base): (Denoise, BufferId),
+        surface: Surface,
+        list: &mut Dispatches,
+    ) -> Self {
+        let Raw::Pixels(raw) = self.raw else { unreachable!("a head corrects a search") };
+        let smoothed = list.storage("smoothed", Grid::FRAME.count() * size_of::<f32>().into());
+        let shader = denoise::smoothing_shader(surface, by, self.patch);
+        denoise::push_smoothing(shader, ([raw, base], &self.cells), smoothed, list);
+        Self { raw: Raw::Pixels(smoothed), patch: 1, cells: Grid::FRAME, base: None }
+    }
+
     /// Adds what the draw needs to the list.
     pub(crate) fn draw(self, surface: Surface, list: &mut Dispatches) -> Draw {
         let (Raw::Pixels(raw) | Raw::FirstChannel(raw)) = self.raw;

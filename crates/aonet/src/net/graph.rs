@@ -106,6 +106,9 @@ pub enum Op {
         search: ValueId,
         /// CxHxW, with one plane or as many as the search.
         correction: ValueId,
+        /// Whether sessions then smooth what is added, by the search's filter: [`ModelConfig::smooth`](crate::net::ModelConfig::smooth).
+        /// Training and ONNX leave it out.
+        smooth: bool,
     },
     /// Weighs the 4x4 neighbourhood of the normals of every pixel: AO-Net Eq. 2.
     /// Kernel channel `((dy * patch + dx) * 16 + ky * 4 + kx) * 3 + c` of the patch's cell belongs to pixel

@@ -164,6 +164,11 @@ pub(crate) fn surveying(patch: usize) -> ModelConfig {
     ModelConfig { survey, output, ..small(Features::normal_radius_horizon(), patch, KernelWeights::Off) }
 }
 
+/// The same, whose correction is smoothed.
+pub(crate) fn smoothing(patch: usize) -> ModelConfig {
+    ModelConfig { smooth: true, ..surveying(patch) }
+}
+
 /// The paper's network with other features, and with a search if they show one.
 pub(crate) fn seeing(features: Features) -> ModelConfig {
     let search = features.sees(Channel::HorizonOcclusion).then(SearchConfig::tuned);
@@ -180,7 +185,7 @@ pub(crate) fn oracle(model: &Model, gbuffer: &GBuffer, params: AoParams) -> AoIm
     let (config, step) = (model.config(), model.graph().alignment());
     let features = naive::features(&config.features, gbuffer, params, found.as_ref());
     let survey = config.survey.map(|arcs| survey(model, &arcs, gbuffer, params));
-    naive::run_on(model, gbuffer, &Inputs { features, search: found, survey }.padded(step)).unwrap()
+    naive::run_on(model, (gbuffer, params), &Inputs { features, search: found, survey }.padded(step)).unwrap()
 }
 
 /// What the runtime's survey finds.

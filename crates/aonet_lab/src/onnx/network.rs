@@ -57,7 +57,7 @@ pub(super) fn write(writer: &mut Writer, model: &Model, form: Form, inputs: Inpu
             Op::Concat { first, second } => {
                 concat(writer, &format!("concat{id}"), &[&values[*first], &values[*second]])
             }
-            Op::Correct { search, correction } => {
+            Op::Correct { search, correction, .. } => {
                 let of = |id: ValueId| (values[id].as_str(), model.graph().nodes()[id].channels);
                 correct(writer, of(*search), of(*correction))
             }
@@ -130,7 +130,7 @@ fn readers(model: &Model, value: ValueId) -> impl Iterator<Item = &Op> {
         | Op::AvgPool2 { input }
         | Op::Upsample2 { input } => *input == value,
         Op::Concat { first, second } => [*first, *second].contains(&value),
-        Op::Correct { search, correction } => [*search, *correction].contains(&value),
+        Op::Correct { search, correction, .. } => [*search, *correction].contains(&value),
         Op::KernelPredict { kernels, guide, .. } => [*kernels, *guide].contains(&value),
     };
     model.graph().nodes().iter().map(|node| &node.op).filter(move |op| reads(op))

@@ -78,7 +78,7 @@ fn place(graph: &Graph, step: &Step) -> (Level, f64) {
             let weighted = |n: &Node| matches!(n.op, Op::KernelPredict { .. }).then(|| graph.node_macs(n));
             (Level::Head, conv(graph, name).1 + graph.nodes().iter().find_map(weighted).unwrap_or(0.0))
         }
-        Step::Image { .. } => (Level::Head, 0.0),
+        Step::Image { .. } | Step::Smooth { .. } => (Level::Head, 0.0),
     }
 }
 

@@ -65,6 +65,7 @@ pub(super) fn cost(model: &Model, plan: &Plan, step: &Step) -> OpCost {
         Step::Surfels { outputs } => counted.surfels(outputs),
         Step::Search { search, output, .. } => counted.search(search, *output),
         Step::Filter { input, output, .. } => counted.filter(*input, *output),
+        Step::Smooth { base, .. } => counted.smooth(*base),
         Step::Features { search, output, patch } => counted.features(*search, *output, *patch),
         Step::Survey { arcs, output, .. } => counted.survey(arcs, *output),
         Step::Conv(conv) => counted.conv(conv),
@@ -111,6 +112,20 @@ impl Counted<'_> {
             flop: FILTER_FLOP * self.pixels() as f64,
             bytes: (self.gbuffer_bytes() + self.bytes(input) + self.bytes(output)) as f64,
             ..self.writes(output)
+        }
+    }
+
+    fn smooth(&self, base: BufferId) -> OpCost {
+        // The image is read and written, what was added is written and read.
+        let images = 4 * self.pixels() * size_of::<f32>();
+        OpCost {
+            name: "smooth".to_owned(),
+            kind: "5x5, by plane and normal".to_owned(),
+            inputs: 1,
+            outputs: 1,
+            flop: FILTER_FLOP * self.pixels() as f64,
+            bytes: (self.gbuffer_bytes() + self.bytes(base) + images) as f64,
+            ..self.image_size()
         }
     }
 

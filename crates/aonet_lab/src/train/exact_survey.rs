@@ -61,5 +61,5 @@ pub(crate) fn run(
     let [height, width] = [size.height(), size.width()].map(|side| side.next_multiple_of(step) / patch);
     let cell = |c, y: usize, x: usize| survey.at(c, y as isize, x as isize);
     inputs.survey = Some(Planes::from_fn((SURVEYED, height, width), cell));
-    naive::run_on(model, &gbuffer.without_margin(), &inputs.padded(step))
+    naive::run_on(model, (&gbuffer.without_margin(), params), &inputs.padded(step))
 }

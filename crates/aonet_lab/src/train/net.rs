@@ -84,7 +84,7 @@ pub(crate) fn forward(
                 Kernels::Framework => upsample_axis(upsample_axis(of(input), 2), 3),
             },
             Op::Concat { first, second } => Tensor::cat(vec![of(first), of(second)], 1),
-            Op::Correct { search, correction } => correct(of(search), of(correction)),
+            Op::Correct { search, correction, .. } => correct(of(search), of(correction)),
             Op::KernelPredict { kernels, guide, patch, weights } => {
                 kernel_predict((of(kernels), of(guide)), *patch, *weights, by)
             }

@@ -48,7 +48,7 @@ pub(crate) fn build(config: &ModelConfig) -> Graph {
     };
     match (config.output, inputs.search) {
         (Output::Correction | Output::Shares, Some(search)) => {
-            graph.push(Op::Correct { search, correction: x }, 0);
+            graph.push(Op::Correct { search, correction: x, smooth: config.smooth }, 0);
         }
         (Output::Correction | Output::Shares, None) => {
             unreachable!("a checked configuration has a search to correct")

@@ -146,6 +146,13 @@ mod tests {
         );
         let bad = ArcsParams { denoise_passes: 0, hit: f32::NAN, ..ArcsParams::default() };
         assert!(error(survey(bad)).contains("hit"));
+        let smooth = |c: ModelConfig| error(ModelConfig { smooth: true, ..c });
+        assert!(
+            smooth(paper()).contains("smooth") && smooth(ModelConfig::full_resolution()).contains("smooth")
+        );
+        let unfiltered = SearchConfig::Agtao(AgtaoParams { denoise_passes: 0, ..AgtaoParams::default() });
+        let unfiltered = ModelConfig { search: Some(unfiltered), ..ModelConfig::correcting() };
+        assert!(smooth(unfiltered).contains("denoise_passes above 0"));
         let of_baseline = ModelConfig {
             survey: Some(ArcsParams { denoise_passes: 0, ..ArcsParams::default() }),
             ..ModelConfig::deep_ao()

@@ -34,6 +34,8 @@ pub(super) struct ConfigFile {
     decoder: Vec<usize>,
     #[serde(default)]
     skips: Skips,
+    #[serde(default)]
+    smooth: bool,
 }
 
 #[derive(Deserialize)]
@@ -79,6 +81,7 @@ impl TryFrom<ConfigFile> for ModelConfig {
             encoder: file.encoder,
             decoder: file.decoder,
             skips: file.skips,
+            smooth: file.smooth,
         })
     }
 }

@@ -99,6 +99,10 @@ pub struct ModelConfig {
     pub decoder: Vec<usize>,
     /// Skip connections.
     pub skips: Skips,
+    /// Whether the filter of the search also smooths what the network adds to it: pixels of a patch on both sides of a silhouette get
+    /// corrections that are alike. [`Output::Correction`] of a search with a filter only.
+    #[serde(skip_serializing_if = "std::ops::Not::not")]
+    pub smooth: bool,
 }
 
 /// Most levels and channels accepted from a file: keeps arithmetic on sizes far from overflow.
@@ -119,6 +123,7 @@ impl ModelConfig {
             encoder: vec![32, 48, 64, 96],
             decoder: vec![64, 48, 32],
             skips: Skips::Concat,
+            smooth: false,
         }
     }
 
@@ -135,6 +140,7 @@ impl ModelConfig {
             encoder: vec![8, 16, 32, 64, 128, 256],
             decoder: vec![128, 64, 32, 16, 1],
             skips: Skips::Concat,
+            smooth: false,
         }
     }
 
@@ -180,7 +186,7 @@ impl ModelConfig {
             denoise_passes: 0,
             ..ArcsParams::default()
         };
-        Self { survey: Some(survey), ..Self::correcting() }
+        Self { survey: Some(survey), smooth: true, ..Self::correcting() }
     }
 
     /// The configuration after a check of every field.
@@ -206,6 +212,7 @@ impl ModelConfig {
         self.check_features()?;
         self.check_search()?;
         self.check_survey()?;
+        self.check_smooth()?;
         let published = match self.arch {
             Arch::AoNet => return Ok(self),
             Arch::DeepShading => Self::deep_shading(),
@@ -241,6 +248,19 @@ impl ModelConfig {
             None | Some(Ok(0)) => Ok(()),
             Some(Ok(passes)) => Err(Error::config("survey", "denoise_passes 0: it has no filter", passes)),
             Some(Err(error)) => Err(error),
+        }
+    }
+
+    fn check_smooth(&self) -> Result<()> {
+        let passes = self.search.map_or(0, |search| search.filter().passes);
+        match (self.smooth, self.output) {
+            (false, _) => Ok(()),
+            (true, Output::Correction) if passes > 0 => Ok(()),
+            (true, output) => {
+                let expected =
+                    "output correction and a search with denoise_passes above 0, to smooth a correction";
+                Err(Error::config("smooth", expected, format!("{output:?} and {passes} passes")))
+            }
         }
     }
 

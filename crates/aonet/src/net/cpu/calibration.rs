@@ -42,6 +42,7 @@ fn written_by(plan: &Plan, step: usize) -> Option<usize> {
         Step::Surfels { .. }
         | Step::Search { .. }
         | Step::Filter { .. }
+        | Step::Smooth { .. }
         | Step::Head(_)
         | Step::Image { .. } => None,
     }

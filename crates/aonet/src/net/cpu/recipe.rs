@@ -78,6 +78,7 @@ pub(super) fn buffer_name(plan: &Plan, buffer: BufferId) -> &str {
         | Step::Surfels { .. }
         | Step::Search { .. }
         | Step::Filter { .. }
+        | Step::Smooth { .. }
         | Step::Features { .. }
         | Step::Head(_)
         | Step::Image { .. } => None,

@@ -1,6 +1,7 @@
 //! The search before a network and the passes of its filter, over the arena. See [`crate::net::graph::Op::Search`].
 
 use super::context::Context;
+use crate::frame::ao_image::AoImage;
 use crate::net::config::SearchConfig;
 use crate::net::plan::{Buffer, HALO};
 use crate::search::survey::{Cells, survey_band};
@@ -93,5 +94,36 @@ impl Filter {
         let [output, input] = arena.get_disjoint_mut(ranges).expect("live buffers do not overlap");
         let filter = search::Filter::new(screen, self.search.filter(), input);
         workers.for_each_band(output, self.output.row_len(), |band| search::filter_band(isa, &filter, band));
+    }
+}
+
+/// The filter over what a network added to what its search found.
+#[derive(Debug)]
+pub(super) struct Smooth {
+    pub(super) search: SearchConfig,
+    pub(super) base: Buffer,
+    pub(super) added: Buffer,
+}
+
+impl Smooth {
+    /// Runs over the image.
+    pub(super) fn run(&self, context: Context<'_>, screen: &Screen<'_>, image: &mut AoImage) {
+        let Context { isa, workers, arena } = context;
+        let ranges = [self.added.range(), self.base.range()];
+        let [added, base] = arena.get_disjoint_mut(ranges).expect("live buffers do not overlap");
+        let (width, stride) = (image.width(), self.base.row_len());
+        let base: &[f32] = base;
+        let visibility = image.visibility();
+        workers.for_each_band(added, width, |band| {
+            for (i, line) in band.values.chunks_exact_mut(width).enumerate() {
+                let (y, found) = (band.first + i, &base[(band.first + i) * stride..]);
+                let seen = &visibility[y * width..][..width];
+                line.iter_mut().zip(seen).zip(found).for_each(|((added, v), found)| *added = v - found);
+            }
+        });
+        let filter = search::Filter::new(screen, self.search.filter(), added);
+        workers.for_each_band(image.visibility_mut(), width, |band| {
+            search::smoothed_band(isa, &filter, (base, stride), band);
+        });
     }
 }

@@ -7,7 +7,7 @@ use super::head::Head;
 use super::image::Image;
 use super::precision::{Arithmetic, Precision};
 use super::recipe::Recipe;
-use super::search::{Filter, Search, Surfels, Survey};
+use super::search::{Filter, Search, Smooth, Surfels, Survey};
 use super::winograd::{self, Winograd};
 use crate::error::{Error, Result};
 use crate::frame::ao_image::{AoImage, AoParams};
@@ -65,6 +65,7 @@ enum Prepared {
     Surfels(Surfels),
     Search(Search),
     Filter(Filter),
+    Smooth(Smooth),
     Features(PartitionFeatures),
     Survey(Survey),
     Conv(Conv),
@@ -186,6 +187,7 @@ impl Session {
                 Prepared::Surfels(step) => step.run(context, screen),
                 Prepared::Search(step) => step.run(context, screen),
                 Prepared::Filter(step) => step.run(context, screen),
+                Prepared::Smooth(step) => step.run(context, screen, buffer),
                 Prepared::Features(step) => step.run(context, &self.features, gbuffer, params),
                 Prepared::Survey(step) => step.run(context, screen),
                 Prepared::Conv(conv) => conv.run(context),
@@ -238,6 +240,9 @@ impl Prepared {
             Step::Filter { search, input, output } => {
                 Self::Filter(Filter { search: *search, input: buffer(*input), output: buffer(*output) })
             }
+            Step::Smooth { search, base, added } => {
+                Self::Smooth(Smooth { search: *search, base: buffer(*base), added: buffer(*added) })
+            }
             Step::Features { search, output, patch } => Self::Features(PartitionFeatures {
                 size: plan.size,
                 patch: *patch,
@@ -261,7 +266,7 @@ impl Prepared {
 
     fn scratch_len(&self) -> usize {
         match self {
-            Self::Surfels(_) | Self::Search(_) | Self::Filter(_) | Self::Survey(_) => 0,
+            Self::Surfels(_) | Self::Search(_) | Self::Filter(_) | Self::Smooth(_) | Self::Survey(_) => 0,
             Self::Features(step) => step.scratch_len(),
             Self::Conv(conv) => conv.scratch_len(),
             Self::Winograd(conv) => conv.scratch_len(),

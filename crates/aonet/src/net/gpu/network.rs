@@ -76,6 +76,7 @@ impl Network {
                 Step::Surfels { .. }
                 | Step::Search { .. }
                 | Step::Filter { .. }
+                | Step::Smooth { .. }
                 | Step::Features { .. }
                 | Step::Survey { .. }
                 | Step::Image { .. } => {}
@@ -119,6 +120,10 @@ impl Network {
                 Step::Filter { search, input, output } => {
                     let shader = denoise::shader(surface, search.filter(), plan.buffers[*output].channels);
                     denoise::push(shader, [place(input), place(output)], list);
+                }
+                Step::Smooth { search, base, .. } => {
+                    let corrected: Image = image.take().expect("smoothing follows the head");
+                    image = Some(corrected.smoothed((search.filter(), place(base)), surface, list));
                 }
                 Step::Features { search, output, patch } => {
                     let search = search.as_ref().map(place);

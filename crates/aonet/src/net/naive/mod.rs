@@ -107,7 +107,7 @@ impl From<Planes> for Inputs {
 /// # Errors
 /// When the frame's size is out of range.
 pub fn run(model: &Model, gbuffer: &GBuffer, params: AoParams) -> Result<AoImage> {
-    run_on(model, gbuffer, &inputs(model, gbuffer, params))
+    run_on(model, (gbuffer, params), &inputs(model, gbuffer, params))
 }
 
 /// The same with what the network reads of the frame, padded to the graph's alignment.
@@ -117,8 +117,12 @@ pub fn run(model: &Model, gbuffer: &GBuffer, params: AoParams) -> Result<AoImage
 ///
 /// # Panics
 /// When the inputs are not those of the network, or of another size than the frame.
-pub fn run_on(model: &Model, gbuffer: &GBuffer, inputs: &Inputs) -> Result<AoImage> {
-    let output = evaluate(model, inputs);
+pub fn run_on(model: &Model, (gbuffer, params): (&GBuffer, AoParams), inputs: &Inputs) -> Result<AoImage> {
+    let mut output = evaluate(model, inputs);
+    if let (true, Some(search), Some(found)) = (model.config().smooth, model.config().search, &inputs.search)
+    {
+        output = smoothed(&output, found, |added| search::filter(&search, gbuffer, params, added));
+    }
     let width = gbuffer.width();
     let visibility = (0..width * gbuffer.height()).map(|i| match gbuffer.is_foreground(i) {
         true => output.at(0, (i / width) as isize, (i % width) as isize),
@@ -126,6 +130,23 @@ pub fn run_on(model: &Model, gbuffer: &GBuffer, inputs: &Inputs) -> Result<AoIma
     });
     let window = gbuffer.window();
     AoImage::new(window.size(), window.cropped(visibility.collect()))
+}
+
+/// What is added to a search in [0, 1], filtered, and the search. See [`ModelConfig::smooth`](crate::net::ModelConfig::smooth).
+fn smoothed(output: &Planes, found: &Planes, filter: impl Fn(&Planes) -> Planes) -> Planes {
+    let both = |planes: &Planes, y: usize, x: usize| {
+        (planes.at(0, y as isize, x as isize), found.at(0, y as isize, x as isize))
+    };
+    let size = (1, output.height, output.width);
+    let added = Planes::from_fn(size, |_, y, x| {
+        let (visibility, found) = both(output, y, x);
+        visibility.clamp(0.0, 1.0) - found
+    });
+    let added = filter(&added);
+    Planes::from_fn((1, added.height, added.width), |_, y, x| {
+        let (added, found) = both(&added, y, x);
+        added + found
+    })
 }
 
 /// The visibility that the network's search finds on a frame, and the shares that it reports, if it has a search.
@@ -177,7 +198,7 @@ pub fn evaluate(model: &Model, inputs: &Inputs) -> Planes {
             Op::AvgPool2 { input } => avg_pool2(&values[*input]),
             Op::Upsample2 { input } => upsample2(&values[*input]),
             Op::Concat { first, second } => concat(&values[*first], &values[*second]),
-            Op::Correct { search, correction } => correct(&values[*search], &values[*correction]),
+            Op::Correct { search, correction, .. } => correct(&values[*search], &values[*correction]),
             Op::KernelPredict { kernels, guide, patch, weights } => {
                 kernel_predict(&values[*kernels], &values[*guide], *patch, *weights)
             }

@@ -38,6 +38,14 @@ pub(super) fn search(config: &SearchConfig, gbuffer: &GBuffer, params: AoParams)
     found
 }
 
+/// One pass of the filter of a search over the part of an image that the frame covers.
+pub(super) fn filter(config: &SearchConfig, gbuffer: &GBuffer, params: AoParams, image: &Planes) -> Planes {
+    let covered = Planes::from_fn((image.channels, gbuffer.height(), gbuffer.width()), |c, y, x| {
+        image.at(c, y as isize, x as isize)
+    });
+    filter::filter(&Screen::new(gbuffer, params), config.filter(), &covered)
+}
+
 /// The bent normals of attenuated GTAO, its filter included. The frame has no guard band.
 pub(super) fn bent_normals(agtao: &AgtaoParams, gbuffer: &GBuffer, params: AoParams) -> Vec<[f32; 3]> {
     let found = bent_search(agtao, gbuffer, params);

@@ -161,9 +161,13 @@ impl<'a> Lowering<'a> {
             Op::KernelPredict { kernels, patch, weights, .. } => {
                 self.head(&values[*kernels], (*patch, 1), *weights)
             }
-            Op::Correct { search, correction } => {
+            Op::Correct { search, correction, smooth } => {
                 let planes = self.graph.nodes()[*correction].channels;
-                self.correct(&values[*search], &values[*correction], planes)
+                let found = self.correct(&values[*search], &values[*correction], planes);
+                if *smooth {
+                    self.smooth(*search, found);
+                }
+                Lowered::Image
             }
             Op::PatchMerge { input, patch } => {
                 self.head(&values[*input], (*patch, node.channels), KernelWeights::Off)
@@ -219,8 +223,8 @@ impl<'a> Lowering<'a> {
         Lowered::Image
     }
 
-    /// Lets the head correct what the search found.
-    fn correct(&mut self, search: &Lowered, correction: &Lowered, planes: usize) -> Lowered {
+    /// Lets the head correct what the search found; returns where that is.
+    fn correct(&mut self, search: &Lowered, correction: &Lowered, planes: usize) -> BufferId {
         if matches!(correction, Lowered::Head { .. }) {
             self.head(correction, (1, planes), KernelWeights::Off);
         }
@@ -230,7 +234,17 @@ impl<'a> Lowering<'a> {
         };
         head.base = Some(found);
         self.buffers[found].live.last = self.steps.len() - 1;
-        Lowered::Image
+        found
+    }
+
+    /// Smooths what the head added to what a search found.
+    fn smooth(&mut self, search: ValueId, base: BufferId) {
+        let Op::Search { search } = self.graph.nodes()[search].op else {
+            panic!("only a search is corrected")
+        };
+        let added = self.image_buffer(1);
+        self.read(base);
+        self.steps.push(Step::Smooth { search, base, added });
     }
 
     fn image(&mut self, sources: &[Source]) {

@@ -89,6 +89,16 @@ pub enum Step {
         /// An image.
         output: BufferId,
     },
+    /// The filter of a search, over what the image has beside what the search found; the image becomes their sum.
+    /// See [`ModelConfig::smooth`](crate::net::ModelConfig::smooth).
+    Smooth {
+        /// The search; its parameters include those of the filter.
+        search: SearchConfig,
+        /// An image: what the search found.
+        base: BufferId,
+        /// An image, for what was added.
+        added: BufferId,
+    },
     /// Features of the frame, edge-padded to the plan's size, as patch² channels a feature.
     Features {
         /// An image: the visibility that the search found, where the network sees it.

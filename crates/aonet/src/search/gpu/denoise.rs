@@ -18,8 +18,33 @@ pub(crate) fn push(shader: Shader, [found, filtered]: [BufferId; 2], list: &mut 
     );
 }
 
-/// Its shader for so many planes, of which the first is a visibility.
+/// Adds the dispatch that filters what a network added to a search, pixels of patches of `cells`, into a visibility.
+pub(crate) fn push_smoothing(
+    shader: Shader,
+    ([raw, base], cells): ([BufferId; 2], &Grid),
+    smoothed: BufferId,
+    list: &mut Dispatches,
+) {
+    let variants = vec![(shader, Grid::FRAME.workgroups(TILE, 1))];
+    let cells = list.uniform("smooth", [cells.width.clone(), cells.height.clone()]);
+    list.push(
+        Dispatch { label: "smooth", sees_frame: true, variants },
+        &[Binding::Write(smoothed), Binding::Read(raw), Binding::Read(base), Binding::Uniform(cells)],
+    );
+}
+
+/// The shader of [`push`] for so many planes, of which the first is a visibility.
 pub(crate) fn shader(surface: Surface, by: Denoise, planes: usize) -> Shader {
+    filter(surface, by, planes).part(include_str!("denoise_found.wgsl"))
+}
+
+/// The shader of [`push_smoothing`] for patches of this side (px).
+pub(crate) fn smoothing_shader(surface: Surface, by: Denoise, patch: usize) -> Shader {
+    filter(surface, by, 1).number("PATCH", patch).part(include_str!("denoise_added.wgsl"))
+}
+
+/// The filter, without what it reads.
+fn filter(surface: Surface, by: Denoise, planes: usize) -> Shader {
     let [s0, s1, s2] = SPATIAL;
     surface
         .shader()

@@ -2,7 +2,6 @@
 // search/denoise.rs.
 
 @group(1) @binding(0) var<storage, read_write> filtered: array<f32>;
-@group(1) @binding(1) var<storage, read> found: array<f32>;
 
 const TILE: vec2<u32> = vec2(TILE_WIDTH, TILE_HEIGHT);
 const WINDOW: vec2<u32> = TILE + 2u * REACH;
@@ -23,7 +22,7 @@ fn load(group: vec2<u32>, index: u32) {
         let s = surface_at(pixel - REACH);
         surfaces[i] = vec4(s.normal, select(BACKGROUND, s.depth, all(pixel == place)));
         for (var c = 0u; c < PLANES; c++) {
-            numbers[i][c] = found[index_of(pixel - REACH, c)];
+            numbers[i][c] = number_at(pixel - REACH, c);
         }
     }
 }
@@ -75,6 +74,6 @@ fn main(
         }
     }
     for (var c = 0u; c < PLANES; c++) {
-        filtered[index_of(pixel, c)] = select(sums[c] / weights, numbers[centre][c], weights <= 1e-6);
+        filtered[index_of(pixel, c)] = select(sums[c] / weights, numbers[centre][c], weights <= 1e-6) + base_at(pixel);
     }
 }

@@ -52,8 +52,9 @@ pub fn network_costs(model: &Model, size: Size, precision: Precision) -> aonet_s
             Step::Head(HeadStep { planes, base, .. }) => Some([*planes, base.map_or(0, |_| *planes)]),
             _ => None,
         };
-        let [values, base] =
-            plan.steps.iter().find_map(planes).unwrap_or([1, 0]).map(|n| n as f64 * VISIBILITY);
+        let smooths = plan.steps.iter().any(|step| matches!(step, Step::Smooth { .. }));
+        let of_pixel = if smooths { [1, 0] } else { plan.steps.iter().find_map(planes).unwrap_or([1, 0]) };
+        let [values, base] = of_pixel.map(|n| n as f64 * VISIBILITY);
         costs.push(cost("image", IMAGE * pixels, (DEPTH + values + base + OUTPUT) * pixels));
     }
     Ok(costs)
@@ -103,6 +104,10 @@ fn of_step(model: &Model, plan: &Plan, step: &Step, precision: Precision) -> Opt
             cost(search.method().name(), counted.flop, (NORMAL + DEPTH + found) * pixels)
         }
         Step::Filter { search, .. } => filter(pixels, search.planes()),
+        // It also reads what the search found.
+        Step::Smooth { .. } => {
+            cost("smooth", FILTER_FLOP * pixels, (NORMAL + DEPTH + 3.0 * VISIBILITY) * pixels)
+        }
         Step::Features { search, output, .. } => {
             let found = search.map_or(0.0, |found| plan.buffers[found].channels as f64 * VISIBILITY);
             cost("features", FEATURES * pixels, (NORMAL + DEPTH + found) * pixels + bytes(*output))
