@@ -6,6 +6,7 @@
 //! takes `survey` 1xSxH'xW': the cells of the padded frame, as [`survey_planes`](aonet::internals::features::survey_planes) finds
 //! them. The output is
 //! `visibility` 1x1xHxW in [0, 1]. It ignores the background: there the caller writes 1, as [`cpu::Session`](aonet::net::cpu::Session) does.
+//! It is not smoothed ([`ModelConfig::smooth`](aonet::net::ModelConfig::smooth)): that takes the frame's depth.
 
 mod inputs;
 mod kernels;

@@ -287,7 +287,7 @@ mod tests {
             // A size that every network takes without padding.
             let size = Size::px(256, 128);
             let (model, costs) = costs(config.clone(), size);
-            let searches = ["search", "filter", "surfels", "survey"];
+            let searches = ["search", "filter", "surfels", "survey", "smooth"];
             let network = costs.iter().filter(|c| !searches.contains(&c.name.as_str()));
             let found: f64 = network.map(|c| c.flop).sum();
             let expected = 2.0 * model.graph().macs_per_pixel() * size.pixels() as f64;
@@ -324,6 +324,16 @@ mod tests {
         assert_eq!(bytes, [20.0, 24.0, 20.0 + 20.0]);
         assert_eq!(costs[0].flop / pixels, 120.0 + 3.0 * 160.0 + 36.0 * 80.0);
         assert_eq!(costs.last().unwrap().kind, "conv 1x1, correct");
+    }
+
+    #[test]
+    fn smoothing_is_counted_as_a_filter() {
+        let (_, costs) = costs(ModelConfig::balanced(), Size::px(64, 64));
+        let (filter, smooth) = (&costs[1], costs.last().unwrap());
+        assert_eq!((filter.name.as_str(), smooth.name.as_str()), ("filter", "smooth"));
+        assert_eq!(filter.flop, smooth.flop);
+        // Normal and depth, what was found; the image read and written, what was added written and read.
+        assert_eq!(smooth.bytes / (64.0 * 64.0), 16.0 + 4.0 + 16.0);
     }
 
     #[test]

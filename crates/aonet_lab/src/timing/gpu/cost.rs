@@ -154,7 +154,7 @@ mod tests {
         for config in [ModelConfig::paper(), ModelConfig::balanced(), ModelConfig::deep_ao()] {
             let (model, size) = (model(config.clone()), Size::px(256, 128));
             let costs = network_costs(&model, size, Precision::F32).unwrap();
-            let others = ["agtao", "denoise", "depth range", "features", "survey", "image"];
+            let others = ["agtao", "denoise", "depth range", "features", "survey", "smooth", "image"];
             let convs = costs.iter().filter(|c| !others.contains(&c.pass.as_str()));
             let found: f64 = convs.map(|c| c.flop).sum();
             let expected = 2.0 * model.graph().macs_per_pixel() * size.pixels() as f64;
