@@ -139,6 +139,7 @@ mod tests {
             output: Output::Shares,
             search: Some(SearchConfig::Arcs(arcs)),
             survey: None,
+            smooth: false,
             ..start.config().clone()
         };
         let fitted = fits(&config, &start);
