@@ -128,6 +128,7 @@ fn templates(precision: Precision, textures: TextureEncoding) -> Vec<(String, Te
     let options = ProgramOptions { precision, textures, ..Default::default() };
     let networks = [
         ModelConfig::paper(),
+        ModelConfig::correcting(),
         ModelConfig { smooth: true, ..ModelConfig::correcting() },
         ModelConfig::deep_shading(),
         ModelConfig::deep_ao(),

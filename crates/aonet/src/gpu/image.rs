@@ -28,14 +28,11 @@ pub(crate) struct Image {
 }
 
 impl Image {
-    /// The same after the filter, over what the network added to the base.
-    pub(crate) fn smoothed(
-        self,
-        (by, base): (Denoise, BufferId),
-        surface: Surface,
-        list: &mut Dispatches,
-    ) -> Self {
-        let Raw::Pixels(raw) = self.raw else { unreachable!("a head corrects a search") };
+    /// The same after the filter, which runs over what the network added to the base.
+    pub(crate) fn smoothed(self, by: Denoise, surface: Surface, list: &mut Dispatches) -> Self {
+        let (Raw::Pixels(raw), Some((base, 1))) = (self.raw, self.base) else {
+            unreachable!("a head corrects a search")
+        };
         let smoothed = list.storage("smoothed", Grid::FRAME.count() * size_of::<f32>().into());
         let shader = denoise::smoothing_shader(surface, by, self.patch);
         denoise::push_smoothing(shader, ([raw, base], &self.cells), smoothed, list);

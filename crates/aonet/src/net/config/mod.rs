@@ -99,8 +99,8 @@ pub struct ModelConfig {
     pub decoder: Vec<usize>,
     /// Skip connections.
     pub skips: Skips,
-    /// Whether the filter of the search also smooths what the network adds to it: pixels of a patch on both sides of a silhouette get
-    /// corrections that are alike. [`Output::Correction`] of a search with a filter only.
+    /// Whether the filter of the search also smooths what the network adds to it, because pixels of one patch get similar corrections on
+    /// both sides of a silhouette. Needs [`Output::Correction`] and a search with a filter.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub smooth: bool,
 }

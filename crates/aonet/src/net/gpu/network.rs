@@ -121,9 +121,9 @@ impl Network {
                     let shader = denoise::shader(surface, search.filter(), plan.buffers[*output].channels);
                     denoise::push(shader, [place(input), place(output)], list);
                 }
-                Step::Smooth { search, base, .. } => {
+                Step::Smooth { search, .. } => {
                     let corrected: Image = image.take().expect("smoothing follows the head");
-                    image = Some(corrected.smoothed((search.filter(), place(base)), surface, list));
+                    image = Some(corrected.smoothed(search.filter(), surface, list));
                 }
                 Step::Features { search, output, patch } => {
                     let search = search.as_ref().map(place);

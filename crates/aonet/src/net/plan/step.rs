@@ -89,7 +89,8 @@ pub enum Step {
         /// An image.
         output: BufferId,
     },
-    /// The filter of a search, over what the image has beside what the search found; the image becomes their sum.
+    /// The filter of a search, applied to the image minus what the search found. The image becomes what the search found plus the
+    /// filtered difference.
     /// See [`ModelConfig::smooth`](crate::net::ModelConfig::smooth).
     Smooth {
         /// The search; its parameters include those of the filter.
