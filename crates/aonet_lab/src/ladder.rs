@@ -2,6 +2,7 @@
 
 use crate::dataset::{FrameEntry, Manifest};
 use crate::eval;
+use crate::marching;
 use aonet::internals::shares::SHARES;
 use aonet::search::{Classic, Options, Session, Share};
 use aonet_scene::error::{Error, Result};
@@ -18,14 +19,23 @@ use std::path::Path;
 pub struct Ladder {
     /// Kinds of frames.
     pub kinds: Vec<Surround>,
-    /// Searches that report shares of light, by name, each with the kind of frame that it gets.
-    pub searches: Vec<(String, Classic, Surround)>,
+    /// What finds shares of light, by name, each with the kind of frame that it gets.
+    pub searches: Vec<(String, Finder, Surround)>,
     /// Frames, evenly spread over the dataset; all if absent.
     pub frames: Option<usize>,
     /// Every so many pixels of every so many rows are compared.
     pub every: usize,
     /// Rays a pixel.
     pub sampling: Sampling,
+}
+
+/// How shares of light are found.
+#[derive(Debug, Clone, Copy)]
+pub enum Finder {
+    /// A method that reports shares.
+    Search(Classic),
+    /// So many rays a pixel, marched through the frame.
+    Rays(u32),
 }
 
 /// Means over frames.
@@ -133,15 +143,19 @@ impl Ladder {
     }
 }
 
-/// The shares of light that a search reports, all but the open one, at the pixels that are known.
+/// The shares of light that a search or marched rays find, all but the open one, at the pixels that are known.
 fn found_by(
-    (_, method, kind): &(String, Classic, Surround),
+    (_, finder, kind): &(String, Finder, Surround),
     tracer: &Tracer,
     entry: &FrameEntry,
     known: &Knowledge,
 ) -> Result<Found> {
     let view = entry.view.clone().surrounded(*kind);
     let gbuffer = gbuffer::render(tracer, &view)?.gbuffer;
+    let method = match finder {
+        Finder::Search(method) => method,
+        Finder::Rays(rays) => return Ok(marching::shares(&gbuffer, view.radius, &known.pixels, *rays)),
+    };
     let mut session = Session::new(method, gbuffer.window(), Options::default())?;
     let shares = session.shares(&gbuffer, view.params()?)?;
     let [_, found @ ..] = Share::ALL;
@@ -238,7 +252,7 @@ mod tests {
     use aonet::Size;
     use aonet_scene::staging::SceneSplit;
 
-    fn ladder(searches: Vec<(String, Classic, Surround)>) -> Ladder {
+    fn ladder(searches: Vec<(String, Finder, Surround)>) -> Ladder {
         let separations = [None, Some(0.1)];
         Ladder {
             kinds: separations.map(|separation| Surround { margin: 0.1, separation }).into(),
@@ -257,7 +271,7 @@ mod tests {
         let manifest = tiny::make(dir.path(), params, &[SceneSplit::Train]);
         let of = |name: &str| {
             let one_layer = Surround { margin: 0.0, separation: None };
-            vec![(name.to_owned(), Classic::named(name).unwrap(), one_layer)]
+            vec![(name.to_owned(), Finder::Search(Classic::named(name).unwrap()), one_layer)]
         };
         let counted = std::cell::Cell::new(0);
         let count = |frames| counted.set(counted.get() + 10 + frames);
@@ -268,6 +282,10 @@ mod tests {
         let found = rungs.searches[0];
         assert!(found.correlation > 0.7 && (found.hit / found.exact - 1.0).abs() < 0.5, "{found:?}");
         assert!(found.explained > 15.0 && (0.01..1.0).contains(&found.worst), "{found:?}");
+        let rays = vec![("rays".to_owned(), Finder::Rays(64), Surround { margin: 0.0, separation: None })];
+        let marched = ladder(rays).climb(&manifest, Path::new(""), &count).unwrap().searches[0];
+        assert!(marched.correlation > 0.8 && (marched.hit / marched.exact - 1.0).abs() < 0.3, "{marched:?}");
+        assert_eq!(marched.exact, found.exact, "the same rays are the measure");
         let error = ladder(of("gtao")).climb(&manifest, Path::new(""), &count).unwrap_err().to_string();
         assert!(error.contains("reports shares"), "{error}");
     }

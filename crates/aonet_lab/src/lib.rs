@@ -13,6 +13,7 @@ mod exr_file;
 pub mod flicker;
 pub mod frame;
 pub mod ladder;
+mod marching;
 mod network_inputs;
 pub mod nnao;
 pub mod onnx;

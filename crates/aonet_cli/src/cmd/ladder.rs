@@ -4,7 +4,7 @@ use crate::output::{self, Style, number, table};
 use crate::setup;
 use anyhow::Result;
 use aonet_lab::dataset::Manifest;
-use aonet_lab::ladder::{Ladder, Rungs};
+use aonet_lab::ladder::{Finder, Ladder, Rungs};
 use aonet_scene::reference::Sampling;
 use aonet_scene::view::Surround;
 use clap::Parser;
@@ -17,7 +17,8 @@ use std::path::PathBuf;
 /// The first table has the mean PSNR of such a visibility for each guard band and second layer. The second one compares the share of
 /// light that a search says is hit with the exact one, on frames with one layer, and with a guard band and two. It also has the mean PSNR of the
 /// visibility that the shares of light explain, if every frame had weights of its own: with the search's hits, and with the exact ones. The last
-/// column is the share of the squared error, with the search's hits, that lies in the worst hundredth of a frame's pixels.
+/// column is the share of the squared error, with the search's hits, that lies in the worst hundredth of a frame's pixels. `--marched`
+/// adds rows of rays that march through the frame, one step for every pixel on their way.
 #[derive(Debug, Parser)]
 #[command(after_help = "Example:
   aonet ladder data/test_any --scenes-dir scenes --frames 16")]
@@ -34,6 +35,9 @@ pub(crate) struct Args {
     /// Connected arcs with the parameters of a preset: a name or a file of `aonet tune`; may be repeated [default: arcs:tuned, arcs:deep].
     #[arg(long, value_name = "METHOD")]
     classic: Vec<String>,
+    /// Also march so many rays a pixel through the frame; may be repeated.
+    #[arg(long, value_name = "RAYS", value_parser = clap::value_parser!(u32).range(1..=4096))]
+    marched: Vec<u32>,
     /// Distance of the pixels that are compared (px).
     #[arg(long, default_value_t = 8)]
     every: usize,
@@ -64,8 +68,11 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     let manifest = Manifest::load(&args.dataset)?;
     let defaults = ["arcs:tuned", "arcs:deep"].map(str::to_owned);
     let methods = setup::classic(if args.classic.is_empty() { &defaults } else { &args.classic })?;
+    let methods = methods.iter().map(|(name, method)| (name.clone(), Finder::Search(*method)));
+    let marched = args.marched.iter().map(|rays| (format!("{rays} marched rays"), Finder::Rays(*rays)));
+    let finders: Vec<_> = methods.chain(marched).collect();
     let searches = FRAMES.iter().flat_map(|(frames, kind)| {
-        methods.iter().map(move |(name, method)| (format!("{name}, {frames}"), *method, *kind))
+        finders.iter().map(move |(name, finder)| (format!("{name}, {frames}"), *finder, *kind))
     });
     let ladder = Ladder {
         kinds: separations()
