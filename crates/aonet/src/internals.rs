@@ -48,7 +48,9 @@ pub mod naive {
 
 /// Shares of light.
 pub mod shares {
+    pub use crate::search::arcs::MOST_GRAZING;
     pub use crate::search::shares::{GAPS, SHARES};
+    pub use crate::search::side::CONNECTED;
 }
 
 /// The network of NNAO.

@@ -3,16 +3,12 @@
 
 use aonet::glam::{Mat3A, Vec2, Vec3A};
 use aonet::internals::random::SplitMix64;
-use aonet::internals::shares::{GAPS, SHARES};
+use aonet::internals::shares::{CONNECTED, GAPS, MOST_GRAZING, SHARES};
 use aonet::{Camera, GBuffer};
 use rayon::prelude::*;
 
 /// Most steps of a ray; longer ones take longer steps.
 const MOST_STEPS: f32 = 512.0;
-/// Two places are connected if the plane of one misses the other by less than so much of the way on it, as in arcs.
-const CONNECTED: f32 = 0.7;
-/// Least cosine between a normal and the ray of its pixel that its plane is followed at, as in arcs.
-const MOST_GRAZING: f32 = 0.2;
 
 /// Shares of light that `rays` cosine-weighted rays find at each of `pixels` (row-major indices in the picture): hit, hidden by more and
 /// more, off. The rest is open. `radius` is that of the AO (world units). A second layer without normals is not read.
@@ -92,7 +88,7 @@ impl Frame<'_> {
         let behind = -1e-6 * from.z.abs();
         let origin = Spot { place: from, normal, ray: self.ray(start), behind };
         let mut before: [Seen; 2] = [[Some(origin), None], [None, None]];
-        let layers = 1 + usize::from(self.gbuffer.second().is_some());
+        let layers = 1 + usize::from(self.gbuffer.second().is_some_and(|second| second.normal.is_some()));
         let mut share = None;
         for step in 1..=steps as usize {
             let part = step as f32 / steps;
@@ -110,14 +106,8 @@ impl Frame<'_> {
             for (layer, now) in now[..layers].iter_mut().enumerate() {
                 *now = self.spot(layer, at, -place.z);
                 let Some(spot) = *now else { continue };
-                for earlier in &before[..layers] {
-                    for (other, earlier) in earlier.iter().enumerate() {
-                        let Some(earlier) = earlier else { continue };
-                        let crosses = (earlier.behind < 0.0) != (spot.behind < 0.0);
-                        if crosses && connected(earlier, &spot, layers == 2 && other != layer) {
-                            return Some(HIT);
-                        }
-                    }
+                if hits(&before[..layers], (layer, &spot)) {
+                    return Some(HIT);
                 }
                 let gap = spot.behind * spot.ray.length() / self.radius;
                 let last = layer + 1 == layers;
@@ -176,6 +166,18 @@ impl Frame<'_> {
         let place = place + ray * (normal.dot(pixel - place) / facing);
         Some(Spot { place, normal, ray, behind: depth_of_ray + place.z })
     }
+}
+
+/// Whether a ray goes through the surface between a place in a layer and one that earlier steps saw, from either side. Places of different
+/// layers need both planes.
+fn hits(before: &[Seen], (layer, spot): (usize, &Spot)) -> bool {
+    before.iter().any(|seen| {
+        seen.iter().enumerate().filter_map(|(other, seen)| Some((other, seen.as_ref()?))).any(
+            |(other, seen)| {
+                (seen.behind < 0.0) != (spot.behind < 0.0) && connected(seen, spot, other != layer)
+            },
+        )
+    })
 }
 
 /// Whether two places lie on one surface: `both` planes, or one of them, must say so.

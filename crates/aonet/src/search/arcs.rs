@@ -22,7 +22,7 @@ use crate::simd::lanes::{F, Mask};
 use std::f32::consts::PI;
 
 /// Least cosine between a tap's normal and its ray that its plane is followed at.
-pub(crate) const MOST_GRAZING: f32 = 0.2;
+pub const MOST_GRAZING: f32 = 0.2;
 
 /// How many steps back a tap looks for its surface. With two layers it may have been hidden in between.
 pub(crate) const fn earlier_steps(layers: usize) -> usize {

@@ -23,7 +23,7 @@ mod pyramid;
 mod screen;
 mod session;
 pub(crate) mod shares;
-mod side;
+pub(crate) mod side;
 mod slice;
 pub(crate) mod ssao;
 pub(crate) mod ssdo;

@@ -8,7 +8,7 @@ use crate::simd::integers::U;
 use crate::simd::lanes::{F, Mask};
 
 /// Two taps are on one surface if the plane of either misses the other by less than this share of the step on the plane.
-pub(crate) const CONNECTED: f32 = 0.7;
+pub const CONNECTED: f32 = 0.7;
 
 /// A vector in the plane of a slice: along it, and towards the viewer.
 #[derive(Clone, Copy)]
