@@ -7,7 +7,7 @@ A MODEL is a network (.safetensors). Needs a program built with `cargo build --r
 Pillow and safetensors. --check needs no GPU: it only compares PyTorch's image with that of `aonet infer` on the CPU; the
 same comparison comes before every measurement.
 
-What is timed. PyTorch: a network with features in the GPU's memory, to visibility in it, by CUDA events; eager and compiled, in
+What is timed. PyTorch: a network with features, search and survey in the GPU's memory, to visibility in it, not smoothed, by CUDA events; eager and compiled, in
 32-bit floats (without TF32) and 16-bit ones. `aonet`: a whole frame from the G-buffer's textures to the AO texture, with horizon
 search and features. `aonet, network only`: the passes of convolutions and kernels alone, each waiting for the one before.
 """
@@ -23,12 +23,13 @@ import torch
 import torch.nn.functional as functional
 from PIL import Image
 from safetensors import safe_open
+from safetensors.numpy import save_file
 
 LEAKY_SLOPE = 0.01
 # Of the kernels: pixels a side of their window, and where it begins.
 WINDOW, FIRST_TAP = 4, -1
 # Passes of a frame that are no part of the network.
-AROUND = ("depth range", "agtao", "denoise", "features", "surfels", "survey", "image")
+AROUND = ("depth range", "agtao", "arcs", "denoise", "features", "surfels", "survey", "smooth", "image")
 # Largest difference between PyTorch's image and ours, in f32 on the CPU. A 16-bit image rounds by 8e-6; measured: 8.4e-6.
 LARGEST_ERROR = 2e-5
 # Calls that are not counted: compilation, and clocks that rise.
@@ -58,9 +59,20 @@ class Network(torch.nn.Module):
             x = functional.leaky_relu(self.conv(x, f"{name}.{layer}"), LEAKY_SLOPE)
         return x
 
-    def forward(self, features, survey=None):
+    def seen(self, features, search):
+        """Features with what the network sees of its search, which ONNX files take apart."""
+        if search is None:
+            return features
+        names = self.config["features"]
+        if "horizon_occlusion" in names:
+            place, seen = names.index("horizon_occlusion"), 1.0 - search[:, :1]
+        else:
+            place, seen = names.index("hit_light"), search[:, 1:]
+        return torch.cat([features[:, :place], seen, features[:, place:]], 1)
+
+    def forward(self, features, search=None, survey=None):
         config, skips = self.config, []
-        x = functional.pixel_unshuffle(features, config["patch"])
+        x = functional.pixel_unshuffle(self.seen(features, search), config["patch"])
         x = x if survey is None else torch.cat([x, survey], 1)
         for level in range(len(config["encoder"])):
             if level:
@@ -75,10 +87,10 @@ class Network(torch.nn.Module):
         if config["kernel"] in ("linear", "softmax"):
             x = self.weigh(x, features[:, :3])
         x = functional.pixel_shuffle(x, config["patch"])
-        if config.get("output") != "correction":
+        if search is None:
             return x
-        channel = config["features"].index("horizon_occlusion")
-        return 1.0 - features[:, channel : channel + 1] + x
+        # What is added to the search's visibility, and what weighs its shares of light.
+        return search[:, :1] + x[:, :1] + (x[:, 1:] * search[:, 1:]).sum(1, keepdim=True)
 
     def weigh(self, kernels, normals):
         """AO-Net §3.3, Eq. 2: what each pixel's kernel says of the normals around it."""
@@ -101,8 +113,8 @@ def run(*command):
     return done.stdout
 
 
-def features_of(options, model, size, folder):
-    """Features of a rendered frame, with a survey if the network has one, and its path."""
+def inputs_of(options, model, size, folder):
+    """What the network reads of a rendered frame, by name, and the path of that frame."""
     width, height = map(int, size.split("x"))
     view = {"eye": [0.25, 1.4, 1.9], "target": [0.0, 0.3, 0.0], "fov_y_deg": 60, "radius": 0.5, "width": width, "height": height}
     (folder / "view.json").write_text(json.dumps(view))
@@ -110,26 +122,34 @@ def features_of(options, model, size, folder):
     run(options.aonet, "render", "procedural:clutter_pile:1", "--view", folder / "view.json", "--ground", "-o", frame)
     words = [options.aonet, "export", model, "--onnx", folder / "network.onnx", "--frame", frame, "--json"]
     path = pathlib.Path(json.loads(run(*words))["frames"][0])
-    features, search = np.load(path), path.with_name(f"{path.stem}_search.npy")
-    if search.exists():
-        # The file takes the search apart; the network sees its occlusion as one more channel.
-        channel = Network(model).config["features"].index("horizon_occlusion")
-        features = np.insert(features, channel, 1.0 - np.load(search)[:, 0], axis=1)
-    survey = path.with_name(f"{path.stem}_survey.npy")
-    surveyed = [np.load(survey)] if survey.exists() else []
-    return [torch.from_numpy(values) for values in (features, *surveyed)], frame
+    inputs = {"features": path}
+    inputs |= {name: path.with_name(f"{path.stem}_{name}.npy") for name in ("search", "survey")}
+    return {name: torch.from_numpy(np.load(of)) for name, of in inputs.items() if of.exists()}, frame
+
+
+def unsmoothed(model, folder):
+    """The network without the filter of its correction, which takes the frame's depth: PyTorch's has none."""
+    with safe_open(str(model), "np") as file:
+        facts = json.loads(file.metadata()["aonet"])
+        tensors = {name: file.get_tensor(name) for name in file.keys()}
+    if not facts["config"].pop("smooth", False):
+        return model
+    path = folder / f"{pathlib.Path(model).stem}_unsmoothed.safetensors"
+    save_file(tensors, path, {"aonet": json.dumps(facts)})
+    return path
 
 
 def check(options, model, size, folder):
     """Compares PyTorch's image with ours on the CPU; returns the largest difference on the foreground."""
-    features, frame = features_of(options, model, size, folder)
+    model = unsmoothed(model, folder)
+    inputs, frame = inputs_of(options, model, size, folder)
     width, height = map(int, size.split("x"))
     with torch.inference_mode():
-        found = Network(model)(*features)[0, 0, :height, :width].clamp(0.0, 1.0).numpy()
+        found = Network(model)(**inputs)[0, 0, :height, :width].clamp(0.0, 1.0).numpy()
     target = folder / "ao.png"
     run(options.aonet, "infer", frame, "-o", target, "--model", model, "--precision", "f32")
     expected = np.asarray(Image.open(target)).astype(np.float32) / 65535.0
-    foreground = (features[0][0, :3, :height, :width] != 0.0).any(0).numpy()
+    foreground = (inputs["features"][0, :3, :height, :width] != 0.0).any(0).numpy()
     if expected[foreground].std() < 0.05:
         raise SystemExit(f"{model}: nothing to see on the frame")
     largest = float(np.abs(found - expected)[foreground].max())
@@ -153,15 +173,15 @@ def timed(call, runs):
     return times
 
 
-def torch_times(options, model, features):
+def torch_times(options, model, inputs):
     """Times by (name, precision)."""
     times = {}
     for precision, kind in (("f32", torch.float32), ("f16", torch.float16)):
         network = Network(model).to("cuda", kind).eval()
-        values = [of.to("cuda", kind).contiguous(memory_format=torch.channels_last) for of in features]
+        values = {name: of.to("cuda", kind).contiguous(memory_format=torch.channels_last) for name, of in inputs.items()}
         for name, form in (("eager", network), ("compiled", torch.compile(network, mode="max-autotune"))):
             with torch.inference_mode():
-                times[f"PyTorch {name}", precision] = timed(lambda f=form: f(*values), options.runs)
+                times[f"PyTorch {name}", precision] = timed(lambda f=form: f(**values), options.runs)
     return times
 
 
@@ -188,12 +208,12 @@ def aonet_rows(options, model, size):
 
 def measure(options, model, size, folder):
     """Spreads by (name, precision), and whose."""
-    features, _ = features_of(options, model, size, folder)
+    inputs, _ = inputs_of(options, model, size, folder)
     adapter, found = aonet_rows(options, model, size)
     ours, theirs = adapter, torch.cuda.get_device_name()
     if theirs.split()[-1] not in ours:
         print(f"note: `aonet` runs on {ours}, PyTorch on {theirs}")
-    found.update({key: spread(times) for key, times in torch_times(options, model, features).items()})
+    found.update({key: spread(times) for key, times in torch_times(options, model, inputs).items()})
     return found, f"{ours}, PyTorch {torch.__version__}"
 
 

@@ -56,6 +56,25 @@ fn ok(dir: &Path, line: &str) -> String {
     stderr
 }
 
+/// What a user looks up first.
+#[test]
+fn info_describes_the_graphics_processor() {
+    if !has_device() {
+        return;
+    }
+    let dir = tempfile::tempdir().unwrap();
+    let output = aonet(dir.path()).args(["info", "gpu", "--json"]).output().unwrap();
+    assert_eq!(status(&output).0, Some(0));
+    let facts: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    let device = Device::wait_for().unwrap();
+    assert_eq!(facts["name"], device.adapter.name);
+    assert_eq!(
+        facts["half_floats"],
+        device.device.features().contains(aonet::gpu::wgpu::Features::SHADER_F16)
+    );
+    assert_eq!(facts["matrices"], device.matrices.is_some());
+}
+
 /// The estimates need no device.
 #[test]
 fn scores_are_drawn_over_estimated_times() {

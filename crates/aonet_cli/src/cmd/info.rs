@@ -17,15 +17,16 @@ use clap::Parser;
 use serde_json::{Map, Value, json};
 use std::path::{Path, PathBuf};
 
-/// Describe a shipped network, a classic method or a file: a model, a frame, an AO image, a view, a dataset or a scene.
+/// Describe a shipped network, a classic method, the graphics processor or a file: a model, a frame, an AO image, a view, a dataset or a scene.
 #[derive(Debug, Parser)]
 #[command(after_help = "Examples:
   aonet info high
   aonet info nnao
+  aonet info gpu
   aonet info runs/a/best.safetensors
   aonet info procedural:furnished_room:3 --json")]
 pub(crate) struct Args {
-    /// fast, balanced, high, paper, a classic method such as nnao or gtao:tuned, .safetensors, .exr, .png, .json, .glb, .gltf, a dataset's folder, or procedural:KIND:SEED.
+    /// fast, balanced, high, paper, a classic method such as nnao or gtao:tuned, gpu, .safetensors, .exr, .png, .json, .glb, .gltf, a dataset's folder, or procedural:KIND:SEED.
     file: String,
     /// For a frame: second layer from another EXR of the same size, as `aonet infer` reads it.
     #[arg(long, value_name = "FILE.exr")]
@@ -49,6 +50,7 @@ pub(crate) fn run(args: &Args) -> Result<()> {
         {
             classic(method)
         }
+        _ if !path.exists() && args.file == "gpu" => gpu()?,
         "exr" => frame(path, None).or_else(|why| match ao(path) {
             Ok(mut facts) => {
                 facts["not_a_frame"] = json!(format!("{why:#}"));
@@ -94,6 +96,27 @@ fn classic(method: Classic) -> Value {
         "kind": "classic method", "method": method.name(), "trained_weights": weights,
         "settings": parameters.collect::<Map<_, _>>(),
     })
+}
+
+/// The device that `--device gpu` computes on.
+#[cfg(feature = "gpu")]
+fn gpu() -> Result<Value> {
+    use aonet::gpu::wgpu::Features;
+    let device = crate::device::gpu()?;
+    let (adapter, has) = (&device.adapter, |feature| device.device.features().contains(feature));
+    let limits = device.device.limits();
+    Ok(json!({
+        "kind": "graphics processor", "name": adapter.name, "backend": adapter.backend.to_string(),
+        "driver": format!("{} {}", adapter.driver, adapter.driver_info).trim(), "type": format!("{:?}", adapter.device_type),
+        "half_floats": has(Features::SHADER_F16), "subgroups": has(Features::SUBGROUP),
+        "matrices": device.matrices.is_some(), "timestamps": has(Features::TIMESTAMP_QUERY),
+        "largest_image_px": limits.max_texture_dimension_2d, "largest_buffer_bytes": limits.max_buffer_size,
+    }))
+}
+
+#[cfg(not(feature = "gpu"))]
+fn gpu() -> Result<Value> {
+    crate::device::absent()
 }
 
 /// The weights of NNAO, a classic method, if a file holds them.
