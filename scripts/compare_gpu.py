@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Times networks in PyTorch and in our runtime on the same graphics processor, in turn, and prints a Markdown table.
 
-    scripts/compare_gpu.py MODEL... [--size 1280x720 1920x1080 3840x2160] [--runs 50] [--aonet PATH] [--check] [--json FILE]
+    scripts/compare_gpu.py MODEL... [--size 1280x720 1920x1080 3840x2160] [--runs 50] [--mode MODE] [--aonet PATH] [--check] [--json FILE]
 
 A MODEL is a network (.safetensors). Needs a program built with `cargo build --release --features gpu`, PyTorch with CUDA, numpy,
 Pillow and safetensors. --check needs no GPU: it only compares PyTorch's image with that of `aonet infer` on the CPU; the
@@ -179,7 +179,7 @@ def torch_times(options, model, inputs):
     for precision, kind in (("f32", torch.float32), ("f16", torch.float16)):
         network = Network(model).to("cuda", kind).eval()
         values = {name: of.to("cuda", kind).contiguous(memory_format=torch.channels_last) for name, of in inputs.items()}
-        for name, form in (("eager", network), ("compiled", torch.compile(network, mode="max-autotune"))):
+        for name, form in (("eager", network), ("compiled", torch.compile(network, mode=options.mode))):
             with torch.inference_mode():
                 times[f"PyTorch {name}", precision] = timed(lambda f=form: f(**values), options.runs)
     return times
@@ -230,6 +230,7 @@ def main():
     parser.add_argument("model", nargs="+")
     parser.add_argument("--size", nargs="+", default=["1280x720", "1920x1080", "3840x2160"])
     parser.add_argument("--runs", type=int, default=50)
+    parser.add_argument("--mode", default="max-autotune", help="of torch.compile: max-autotune takes minutes")
     parser.add_argument("--aonet", default="target/release/aonet")
     parser.add_argument("--check", action="store_true", help="compare images on the CPU only")
     parser.add_argument("--json", type=pathlib.Path, help="all times, for other tables")

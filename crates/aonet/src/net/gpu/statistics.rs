@@ -190,7 +190,7 @@ fn what_a_compiler_makes_of_the_shaders() {
         })
         .collect();
     let matrices = Matrices { side: 16, lanes: 32, spelt_out: false };
-    shaders.push(("convolution, 32 outputs, matrices".into(), conv(32).matrix_shader(matrices, 2)));
+    shaders.push(("convolution, 32 outputs, matrices".into(), conv(32).matrix_shader(matrices, [2, 2])));
     for (name, shader) in &shaders {
         for checked in [true, false] {
             let (found, products) = driver.compile(shader, checked);

@@ -10,6 +10,9 @@ use crate::search::ArcsParams;
 use crate::search::gpu::{arcs, pixels, surfels};
 use crate::search::survey::SURVEYED;
 
+/// Invocations of a pixel at most: with the pixels of a workgroup, as many as every device has.
+const MOST_SIDES: usize = 4;
+
 /// Adds the dispatch; it reads the packed normals of every layer.
 pub(crate) fn push(
     params: &ArcsParams,
@@ -25,10 +28,17 @@ pub(crate) fn push(
     list.push(Dispatch { label: "survey", sees_frame: true, variants }, &bindings);
 }
 
+/// Invocations of a pixel, each for as many sides of slices.
+fn sides(params: &ArcsParams) -> usize {
+    let sides = 2 * params.slices as usize;
+    (1..=MOST_SIDES).rev().find(|share| sides.is_multiple_of(*share)).expect("1 divides every number")
+}
+
 /// Its shader, for patches of this side in frames that are padded to multiples of the alignment (px).
 pub(crate) fn shader(surface: Surface, params: &ArcsParams, [patch, alignment]: [usize; 2]) -> Shader {
     arcs::shares(surface, params)
         .number("PATCH", patch)
+        .number("SIDES", sides(params))
         .number("ALIGNMENT", alignment)
         .number("BLOCKS", blocks(SURVEYED))
         .part(include_str!("survey.wgsl"))

@@ -210,7 +210,7 @@ struct ConvCase<'a> {
     size: Size,
 }
 
-/// Checks a convolution with few and with many rows of an invocation.
+/// Checks a convolution with few and with many rows of an invocation, and on matrices with all shapes of workgroups.
 fn check_conv(on: &[On], case: ConvCase<'_>) {
     let ConvCase { inputs, outputs, activation, filter, groups, size } = case;
     let (width, height) = (size.width(), size.height());
@@ -234,18 +234,22 @@ fn check_conv(on: &[On], case: ConvCase<'_>) {
         let (name, output) = ("conv".to_owned(), inputs.len());
         let step = ConvStep { name, sources: sources.clone(), output, size: filter, groups, activation };
         let conv = Conv::new(on.arithmetic, &plan, &weights, &step);
-        for rows in [1, if matches!(on.arithmetic.kernels, Kernels::Matrices(_)) { 2 } else { 4 }] {
+        let shapes = match on.arithmetic.kernels {
+            Kernels::Matrices(_) => conv.shapes(on.arithmetic.kernels),
+            Kernels::Plain | Kernels::Subgroups => vec![[4, 1], [1, 1]],
+        };
+        for shape in shapes {
             let mut list = Dispatches::default();
             let grids = Grids::fixed(&plan);
             let memory = Memory::new(&plan.buffers, &grids, &mut list);
-            conv.push_of_rows(&on.context(&plan, &grids, &memory), &[rows], &mut list);
+            conv.push_of_shapes(&on.context(&plan, &grids, &memory), &[shape], &mut list);
             let inputs: Vec<_> = images.iter().enumerate().map(|(i, image)| (memory.of(i), image)).collect();
             let found = run(on, &list, &inputs, memory.of(images.len())).unwrap();
             let found = unblocked(&reals(&found, on.arithmetic.precision), (outputs, height, width));
             assert_close(
                 &found.values,
                 &expected.values,
-                (on.arithmetic.precision, &format!("{rows} rows, {:?}, {what}", on.arithmetic.kernels)),
+                (on.arithmetic.precision, &format!("{shape:?}, {:?}, {what}", on.arithmetic.kernels)),
             );
         }
     }

@@ -54,7 +54,10 @@ fn every_shader_is_valid() {
                     let kind = Kind { sources, size, activation: Activation::LeakyRelu, tile: 32 };
                     validate(kind.shader(by, rows).source(), &format!("{kind:?}"));
                     for matrices in MATRICES {
-                        validate(kind.matrix_shader(matrices, rows).source(), &format!("{kind:?}"));
+                        for tiles in [1, kind.tile / matrices.side] {
+                            let shader = kind.matrix_shader(matrices, [rows, tiles]);
+                            validate(shader.source(), &format!("{kind:?}"));
+                        }
                     }
                 }
             }

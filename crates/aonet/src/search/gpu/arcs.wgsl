@@ -235,29 +235,53 @@ fn counts_on(p: Pixel, s: Slice, side: Side, jitter: f32) -> array<f32, SHARES> 
     return counts;
 }
 
+/// Light of one or more sides of slices.
+struct Light {
+    /// When nothing blocks it.
+    open: f32,
+    /// Of each share, times SECTORS.
+    shares: array<f32, SHARES>,
+}
+
+/// What one side of a slice finds, by the number of the slice.
+fn light_of(p: Pixel, noise: vec2<f32>, i: u32, sign: f32) -> Light {
+    let s = slice_at(p, (noise.x + f32(i)) / f32(SLICES));
+    let dither = fract(noise.y * 7.0 + f32(i) * 0.414214);
+    // The golden ratio keeps the slices' taps apart.
+    let jitter = fract(noise.y + f32(i) * 0.618034);
+    let side = side_of(p, s, sign, dither);
+    var light = Light(side.light * s.normal_length, counts_on(p, s, side, jitter));
+    for (var c = 0u; c < SHARES; c++) {
+        light.shares[c] *= light.open;
+    }
+    return light;
+}
+
+/// Sums up.
+fn add_light(all: ptr<function, Light>, light: Light) {
+    (*all).open += light.open;
+    for (var c = 0u; c < SHARES; c++) {
+        (*all).shares[c] += light.shares[c];
+    }
+}
+
 /// The visibility, then the shares of light if they are wanted.
 fn planes_at(p: Pixel, noise: vec2<f32>) -> array<f32, PLANES> {
-    var shares: array<f32, SHARES>;
-    var open = 0.0;
+    var light: Light;
     for (var i = 0u; i < SLICES; i++) {
-        let s = slice_at(p, (noise.x + f32(i)) / f32(SLICES));
-        let dither = fract(noise.y * 7.0 + f32(i) * 0.414214);
-        // The golden ratio keeps the slices' taps apart.
-        let jitter = fract(noise.y + f32(i) * 0.618034);
         for (var sign = 1.0; sign >= -1.0; sign -= 2.0) {
-            let side = side_of(p, s, sign, dither);
-            let light = side.light * s.normal_length;
-            let counts = counts_on(p, s, side, jitter);
-            for (var c = 0u; c < SHARES; c++) {
-                shares[c] += counts[c] * light;
-            }
-            open += light;
+            add_light(&light, light_of(p, noise, i, sign));
         }
     }
+    return planes_of(light);
+}
+
+/// The same of the light of all sides.
+fn planes_of(light: Light) -> array<f32, PLANES> {
     var planes: array<f32, PLANES>;
     var visible = 1.0;
     for (var c = 0u; c < SHARES; c++) {
-        let share = shares[c] / (SECTORS * max(open, 1e-6));
+        let share = light.shares[c] / (SECTORS * max(light.open, 1e-6));
         visible -= share * LOST[c];
         if (c + 1u < PLANES) {
             planes[c + 1u] = share;

@@ -25,11 +25,14 @@ pub struct PassCost {
 const NORMAL: f64 = 8.0;
 const DEPTH: f64 = 4.0;
 const OUTPUT: f64 = 1.0;
+/// Bytes of a pixel's packed normal.
+const SURFEL: f64 = 4.0;
 /// Bytes of a pixel of what passes hand over.
 const VISIBILITY: f64 = 4.0;
 
 /// Operations of a pixel of the small passes.
 const DEPTH_RANGE: f64 = 6.0;
+const SURFELS: f64 = 115.0;
 const FEATURES: f64 = 30.0;
 const IMAGE: f64 = 8.0;
 /// A cell for every four of the finer level, a third as many as pixels in all.
@@ -46,7 +49,7 @@ pub fn network_costs(model: &Model, size: Size, precision: Precision) -> aonet_s
     if model.config().features.sees(Channel::DepthNormalized) {
         costs.push(cost("depth range", DEPTH_RANGE * pixels, DEPTH * pixels));
     }
-    costs.extend(plan.steps.iter().filter_map(|step| of_step(model, &plan, step, precision)));
+    costs.extend(plan.steps.iter().map(|step| of_step(model, &plan, step, precision)));
     if plan.steps.iter().any(|step| matches!(step, Step::Head(_))) {
         let planes = |step: &Step| match step {
             Step::Head(HeadStep { planes, base, .. }) => Some([*planes, base.map_or(0, |_| *planes)]),
@@ -80,13 +83,15 @@ fn search(method: &Classic, pixels: f64) -> Vec<PassCost> {
         coarser = DEPTH / 3.0;
         costs.push(cost("pyramid", PYRAMID * pixels, (DEPTH + coarser) * pixels));
     }
+    if let Classic::Arcs(_) = method {
+        costs.push(surfels(pixels));
+    }
     costs.push(cost(method.name(), search * pixels, (NORMAL + DEPTH + coarser + VISIBILITY) * pixels));
     costs.resize(costs.len() + filter_passes, filter(pixels, 1));
     costs
 }
 
-/// None for what frames of one layer, which are timed, have no pass of.
-fn of_step(model: &Model, plan: &Plan, step: &Step, precision: Precision) -> Option<PassCost> {
+fn of_step(model: &Model, plan: &Plan, step: &Step, precision: Precision) -> PassCost {
     let pixels = plan.size.pixels() as f64;
     let real = match precision {
         Precision::F32 => 4.0,
@@ -97,8 +102,8 @@ fn of_step(model: &Model, plan: &Plan, step: &Step, precision: Precision) -> Opt
         (buffer.channels * buffer.width * buffer.height) as f64 * real
     };
     let counted = ops::cost(model, plan, step);
-    Some(match step {
-        Step::Surfels { .. } => return None,
+    match step {
+        Step::Surfels { .. } => surfels(pixels),
         Step::Search { search, .. } => {
             let found = search.planes() as f64 * VISIBILITY;
             cost(search.method().name(), counted.flop, (NORMAL + DEPTH + found) * pixels)
@@ -131,7 +136,12 @@ fn of_step(model: &Model, plan: &Plan, step: &Step, precision: Precision) -> Opt
             let blocks = (plan.buffers[*input].width * plan.buffers[*input].height) as f64 * 4.0 * real;
             cost("image", IMAGE * pixels, blocks + (DEPTH + OUTPUT) * pixels)
         }
-    })
+    }
+}
+
+/// Packing the normals of the one layer of timed frames.
+fn surfels(pixels: f64) -> PassCost {
+    cost("surfels", SURFELS * pixels, (NORMAL + DEPTH + SURFEL) * pixels)
 }
 
 /// One pass of the filter after a search that reports so many values for a pixel.
@@ -154,7 +164,8 @@ mod tests {
         for config in [ModelConfig::paper(), ModelConfig::balanced(), ModelConfig::deep_ao()] {
             let (model, size) = (model(config.clone()), Size::px(256, 128));
             let costs = network_costs(&model, size, Precision::F32).unwrap();
-            let others = ["agtao", "denoise", "depth range", "features", "survey", "smooth", "image"];
+            let others =
+                ["agtao", "denoise", "depth range", "features", "surfels", "survey", "smooth", "image"];
             let convs = costs.iter().filter(|c| !others.contains(&c.pass.as_str()));
             let found: f64 = convs.map(|c| c.flop).sum();
             let expected = 2.0 * model.graph().macs_per_pixel() * size.pixels() as f64;

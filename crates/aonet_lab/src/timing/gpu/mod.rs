@@ -171,7 +171,7 @@ fn lost(found: impl std::fmt::Display) -> Error {
 mod tests {
     use super::*;
     use crate::timing::tests::model;
-    use aonet::net::ModelConfig;
+    use aonet::net::{ModelConfig, shipped};
 
     /// A device, or none with a message.
     fn device() -> Option<Device> {
@@ -192,7 +192,9 @@ mod tests {
         let Some(device) = device() else { return };
         let (paper, any, size) =
             (model(ModelConfig::paper()), model(ModelConfig::correcting()), Size::px(64, 48));
+        let [surveying, sharing] = [shipped::BALANCED, shipped::HIGH].map(|b| Model::from_bytes(b).unwrap());
         let gtao = Classic::named("gtao:tuned").unwrap();
+        let arcs = Classic::named("arcs").unwrap();
         let flat = Classic::named("ssao").unwrap();
         for (of, costs) in [
             (
@@ -203,7 +205,16 @@ mod tests {
                 GpuMethod::Network(&any, Precision::F16, Kernels::Subgroups),
                 network_costs(&any, size, Precision::F16),
             ),
+            (
+                GpuMethod::Network(&surveying, Precision::F32, Kernels::Plain),
+                network_costs(&surveying, size, Precision::F32),
+            ),
+            (
+                GpuMethod::Network(&sharing, Precision::F32, Kernels::Plain),
+                network_costs(&sharing, size, Precision::F32),
+            ),
             (GpuMethod::Classic(&gtao), Ok(classic_costs(&gtao, size))),
+            (GpuMethod::Classic(&arcs), Ok(classic_costs(&arcs, size))),
             (GpuMethod::Classic(&flat), Ok(classic_costs(&flat, size))),
         ] {
             let session = Runs::new(&device, of, size).unwrap();

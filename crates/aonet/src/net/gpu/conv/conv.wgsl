@@ -1,8 +1,8 @@
 // A convolution and what is around it: its tile is resampled and concatenated while it is loaded. CPU twin: cpu/conv.rs.
 //
 // A workgroup computes 16 columns and 2 * ROWS rows of cells, GROUPS * 8 output channels. An invocation computes ROWS
-// cells of a column, 8 channels; all of a GROUP read the same filters at the same time. Four input channels at a time
-// go through workgroup memory: one block of cells with their border, and, without subgroups, their filters.
+// cells of a column, 8 channels; all of a GROUP read the same filters at the same time. DEPTH blocks of four input
+// channels at a time go through workgroup memory: cells with their border, and, without subgroups, their filters.
 
 const BORDER: u32 = SIZE / 2u;
 const TILE: vec2<u32> = vec2(TILE_WIDTH, TILE_HEIGHT * ROWS);
@@ -15,28 +15,29 @@ const OUT_BLOCKS: u32 = 2u * GROUPS;
 const FILTER_LEN: u32 = SIZE * SIZE * 4u * OUT_BLOCKS;
 const INVOCATIONS: u32 = TILE_WIDTH * TILE_HEIGHT * GROUPS;
 
-var<workgroup> tile: array<real4, TILE_LEN>;
+var<workgroup> tile: array<real4, TILE_LEN * DEPTH>;
 
-/// Loads a block of inputs of the tile.
-fn load_tile(block: u32, group: vec3<u32>, index: u32) {
+/// Loads blocks of inputs of the tile.
+fn load_tile(first: u32, blocks: u32, group: vec3<u32>, index: u32) {
     let origin = vec2<i32>(group.xy * TILE) - i32(BORDER);
     let last = vec2<i32>(conv.size) - 1;
-    for (var i = index; i < TILE_LEN; i += INVOCATIONS) {
-        let cell = origin + vec2<i32>(vec2(i % WIDTH, i / WIDTH));
-        tile[i] = real4(fetch(block, clamp(cell, vec2(0), last)));
+    for (var i = index; i < TILE_LEN * blocks; i += INVOCATIONS) {
+        let place = i % TILE_LEN;
+        let cell = origin + vec2<i32>(vec2(place % WIDTH, place / WIDTH));
+        tile[i] = real4(fetch(first + i / TILE_LEN, clamp(cell, vec2(0), last)));
     }
 }
 
-/// Adds what a block of inputs gives to a group of outputs; `first` is the first of its filters.
-fn accumulate(first: u32, group: u32, local: vec2<u32>, sums: ptr<function, array<real4, 2u * ROWS>>) {
+/// Adds what the loaded block number `block` gives to a group of outputs; `first` is the first filter of all loaded blocks.
+fn accumulate(first: u32, block: u32, group: u32, local: vec2<u32>, sums: ptr<function, array<real4, 2u * ROWS>>) {
     for (var dx = 0u; dx < SIZE; dx++) {
         var column: array<real4, ROWS + 2u * BORDER>;
         for (var r = 0u; r < ROWS + 2u * BORDER; r++) {
-            column[r] = tile[(local.y * ROWS + r) * WIDTH + local.x + dx];
+            column[r] = tile[block * TILE_LEN + (local.y * ROWS + r) * WIDTH + local.x + dx];
         }
         for (var dy = 0u; dy < SIZE; dy++) {
             for (var o = 0u; o < 2u; o++) {
-                let i = (dy * SIZE + dx) * 4u * OUT_BLOCKS + group * 2u + o;
+                let i = block * FILTER_LEN + (dy * SIZE + dx) * 4u * OUT_BLOCKS + group * 2u + o;
                 let w0 = filter_at(first, i);
                 let w1 = filter_at(first, i + OUT_BLOCKS);
                 let w2 = filter_at(first, i + 2u * OUT_BLOCKS);
@@ -64,21 +65,24 @@ fn main(
     var sums: array<real4, 2u * ROWS>;
     var totals: array<vec4<f32>, 2u * ROWS>;
     let mine = together(local.z);
-    for (var block = 0u; block < conv.blocks; block++) {
-        let first = (group.z * conv.blocks + block) * FILTER_LEN;
+    for (var loaded = 0u; loaded < conv.blocks; loaded += DEPTH) {
+        let blocks = min(DEPTH, conv.blocks - loaded);
+        let first = (group.z * conv.blocks + loaded) * FILTER_LEN;
         workgroupBarrier();
-        load_tile(block, group, index);
-        load_filters(first, index);
+        load_tile(loaded, blocks, group, index);
+        load_filters(first, FILTER_LEN * blocks, index);
         workgroupBarrier();
-        if (mine.whole) {
-            accumulate(first, mine.group, local.xy, &sums);
-        } else {
-            accumulate(first, local.z, local.xy, &sums);
-        }
-        if (HALF) {
-            for (var i = 0u; i < 2u * ROWS; i++) {
-                totals[i] += vec4<f32>(sums[i]);
-                sums[i] = real4();
+        for (var block = 0u; block < blocks; block++) {
+            if (mine.whole) {
+                accumulate(first, block, mine.group, local.xy, &sums);
+            } else {
+                accumulate(first, block, local.z, local.xy, &sums);
+            }
+            if (HALF) {
+                for (var i = 0u; i < 2u * ROWS; i++) {
+                    totals[i] += vec4<f32>(sums[i]);
+                    sums[i] = real4();
+                }
             }
         }
     }

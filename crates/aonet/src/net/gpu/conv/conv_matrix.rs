@@ -1,11 +1,15 @@
 //! Convolutions on cooperative matrices: their shaders and the order of their weights.
 
-use crate::gpu::matrices::Matrices;
+use crate::gpu::matrices::{Matrices, WAVES};
 use crate::gpu::matrix_shader::unrolled;
 use crate::gpu::shader::Shader;
 use crate::net::gpu::conv::filters::Filters;
 use crate::net::gpu::conv::kind::Kind;
 use crate::net::gpu::memory::BLOCK;
+use crate::net::gpu::tiles::WORKGROUP_BYTES;
+
+/// Times SIDE channels in workgroup memory at most.
+const MOST_STEPS: usize = 2;
 
 const LOAD_CELLS: &str = "let cells_{r} = cells_at(first_cell + {r}u * TILE_WIDTH * BLOCKS, BLOCKS);\n";
 const LOAD_FILTERS: &str = "let filters_{t} = filters_at(first_filter + {t}u * MATRIX);\n";
@@ -17,20 +21,34 @@ write(first + vec2(0u, {r}u), first_block + {t}u * BLOCKS, wave, lane);
 ";
 
 impl Kind {
-    /// The shader on matrices, for a number of rows of cells of a subgroup.
-    pub(crate) fn matrix_shader(&self, matrices: Matrices, rows: usize) -> Shader {
-        let counts = [rows, self.tile / matrices.side];
+    /// The shader on matrices, for numbers of rows of cells of a subgroup and of matrices of outputs of a workgroup.
+    pub(crate) fn matrix_shader(&self, matrices: Matrices, counts: [usize; 2]) -> Shader {
+        let [rows, tiles] = counts;
         let products = [
             unrolled(LOAD_CELLS, [rows, 1]),
-            unrolled(LOAD_FILTERS, [1, counts[1]]),
+            unrolled(LOAD_FILTERS, [1, tiles]),
             unrolled("sum_{r}_{t} = multiply_add(cells_{r}, filters_{t}, sum_{r}_{t});\n", counts),
         ];
         let main = include_str!("conv_matrix.wgsl")
             .replace("//SUMS", &unrolled("var sum_{r}_{t} = MatrixC();\n", counts))
             .replace("//PRODUCTS", &products.concat())
             .replace("//STORES", &unrolled(STORE, counts));
-        let begin = matrices.shader().number("ROWS", rows).number("TILES", counts[1]);
+        let begin = matrices
+            .shader()
+            .number("ROWS", rows)
+            .number("TILES", tiles)
+            .number("PACKED", self.tile / matrices.side)
+            .number("DEPTH", self.matrix_depth(matrices, rows));
         self.around(begin, &main)
+    }
+
+    /// Times SIDE channels in workgroup memory at the same time.
+    fn matrix_depth(&self, matrices: Matrices, rows: usize) -> usize {
+        let Matrices { side, .. } = matrices;
+        let border = self.size / 2 * 2;
+        let cells = (side + border) * (WAVES * rows + border) * side * size_of::<u16>();
+        let found = WAVES * side * side * size_of::<f32>();
+        ((WORKGROUP_BYTES - found) / cells).clamp(1, MOST_STEPS)
     }
 }
 

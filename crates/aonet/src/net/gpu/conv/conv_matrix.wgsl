@@ -2,7 +2,8 @@
 // The plain twin is conv.wgsl.
 //
 // A workgroup computes SIDE columns and WAVES * ROWS rows of cells, TILES * SIDE output channels; a subgroup ROWS of
-// these rows. SIDE input channels at a time go through workgroup memory, cell by cell; filters are read where they are.
+// these rows. DEPTH times SIDE input channels at a time go through workgroup memory, cell by cell; filters are read where
+// they are, PACKED matrices of outputs side by side.
 
 const BORDER: u32 = SIZE / 2u;
 /// Blocks of four channels of a row of a matrix.
@@ -11,23 +12,24 @@ const MATRIX: u32 = SIDE * BLOCKS;
 const TILE_WIDTH: u32 = SIDE + 2u * BORDER;
 const TILE_LEN: u32 = TILE_WIDTH * (WAVES * ROWS + 2u * BORDER);
 
-var<workgroup> cells: array<vec4<f16>, TILE_LEN * BLOCKS>;
+var<workgroup> cells: array<vec4<f16>, TILE_LEN * BLOCKS * DEPTH>;
 var<workgroup> found: array<vec4<f32>, WAVES * MATRIX>;
 
-/// Loads SIDE channels of the tile.
-fn load(step: u32, group: vec3<u32>, index: u32) {
+/// Loads so many times SIDE channels of the tile.
+fn load(step: u32, count: u32, group: vec3<u32>, index: u32) {
     let origin = vec2<i32>(vec2(group.x * SIDE, group.y * WAVES * ROWS)) - i32(BORDER);
     let last = vec2<i32>(conv.size) - 1;
-    for (var i = index; i < TILE_LEN * BLOCKS; i += WAVES * LANES) {
+    for (var i = index; i < TILE_LEN * BLOCKS * count; i += WAVES * LANES) {
         let place = i % TILE_LEN;
         let cell = origin + vec2<i32>(vec2(place % TILE_WIDTH, place / TILE_WIDTH));
-        let block = step * BLOCKS + i / TILE_LEN;
+        let loaded = i / TILE_LEN;
+        let block = step * BLOCKS + loaded;
         // What is no number must not meet a filter of zeros.
         var values = vec4<f32>();
         if (block < conv.blocks) {
             values = fetch(block, clamp(cell, vec2(0), last));
         }
-        cells[place * BLOCKS + i / TILE_LEN] = vec4<f16>(values);
+        cells[(loaded / BLOCKS * TILE_LEN + place) * BLOCKS + loaded % BLOCKS] = vec4<f16>(values);
     }
 }
 
@@ -58,14 +60,18 @@ fn main(
     let lane = place.y;
 //SUMS
     let steps = (conv.blocks + BLOCKS - 1u) / BLOCKS;
-    for (var step = 0u; step < steps; step++) {
+    let packed = group.z * TILES / PACKED * steps;
+    for (var step = 0u; step < steps; step += DEPTH) {
+        let count = min(DEPTH, steps - step);
         workgroupBarrier();
-        load(step, group, index);
+        load(step, count, group, index);
         workgroupBarrier();
-        for (var dy = 0u; dy < SIZE; dy++) {
-            for (var dx = 0u; dx < SIZE; dx++) {
-                let first_cell = ((wave * ROWS + dy) * TILE_WIDTH + dx) * BLOCKS;
-                let first_filter = (((group.z * steps + step) * SIZE + dy) * SIZE + dx) * TILES * MATRIX;
+        for (var d = 0u; d < count; d++) {
+            for (var tap = 0u; tap < SIZE * SIZE; tap++) {
+                let first_row = d * TILE_LEN + (wave * ROWS + tap / SIZE) * TILE_WIDTH;
+                let first_cell = (first_row + tap % SIZE) * BLOCKS;
+                let line = (packed + step + d) * SIZE * SIZE + tap;
+                let first_filter = (line * PACKED + group.z * TILES % PACKED) * MATRIX;
 //PRODUCTS
             }
         }

@@ -3,12 +3,15 @@
 use crate::gpu::options::Kernels;
 use crate::gpu::program::Arithmetic;
 use crate::gpu::shader::Shader;
-use crate::net::gpu::tiles::TILE;
+use crate::net::gpu::memory::BLOCK;
+use crate::net::gpu::tiles::{TILE, WORKGROUP_BYTES};
 use crate::net::graph::{Activation, LEAKY_SLOPE};
 use crate::net::plan::Resample;
 
 /// Outputs of an invocation.
 pub(crate) const OUTPUTS: usize = 8;
+/// Blocks of inputs in workgroup memory at most.
+const MOST_BLOCKS: usize = 4;
 /// The binding of the first source.
 const FIRST_SOURCE: usize = 4;
 
@@ -30,11 +33,20 @@ impl Kind {
             .with_kernels(arithmetic.kernels)
             .tile(TILE)
             .number("ROWS", rows)
+            .number("DEPTH", self.depth(arithmetic, rows))
             .number("GROUPS", self.tile / OUTPUTS);
         self.around(begin, include_str!("conv.wgsl")).part(match arithmetic.kernels {
             Kernels::Subgroups => include_str!("filters_subgroup.wgsl"),
             Kernels::Plain | Kernels::Matrices(_) => include_str!("filters.wgsl"),
         })
+    }
+
+    /// Blocks of inputs in workgroup memory at the same time: coarse levels, whose workgroups are few, wait less often.
+    fn depth(&self, Arithmetic { precision, kernels }: Arithmetic, rows: usize) -> usize {
+        let border = self.size / 2 * 2;
+        let cells = (TILE[0] + border) * (TILE[1] * rows + border);
+        let filters = if kernels == Kernels::Subgroups { 0 } else { self.size * self.size * self.tile };
+        (WORKGROUP_BYTES / ((cells + filters) * BLOCK * precision.bytes() as usize)).clamp(1, MOST_BLOCKS)
     }
 
     /// Completes a shader: the constants of the convolution, `main`, and how it reads its sources.

@@ -76,15 +76,26 @@ impl Conv {
 
     /// Adds the dispatch.
     pub(crate) fn push(&self, context: &Context<'_>, list: &mut Dispatches) {
-        let rows = match context.arithmetic.kernels {
-            Kernels::Matrices(_) => &matrices::ROWS[..],
-            Kernels::Plain | Kernels::Subgroups => &ROWS,
-        };
-        self.push_of_rows(context, rows, list);
+        self.push_of_shapes(context, &self.shapes(context.arithmetic.kernels), list);
     }
 
-    /// Adds the dispatch with these numbers of rows of an invocation to choose from.
-    pub(crate) fn push_of_rows(&self, context: &Context<'_>, rows: &[usize], list: &mut Dispatches) {
+    /// Shapes of workgroups: rows of an invocation, and workgroups that share the outputs of a tile. The first that gives enough
+    /// workgroups is the best.
+    pub(crate) fn shapes(&self, kernels: Kernels) -> Vec<[usize; 2]> {
+        match kernels {
+            Kernels::Plain | Kernels::Subgroups => ROWS.map(|rows| [rows, 1]).to_vec(),
+            Kernels::Matrices(matrices) => {
+                let mut shapes = matrices::ROWS.map(|rows| [rows, 1]).to_vec();
+                // Where workgroups are few even so, each computes a single matrix of outputs.
+                shapes.push([1, self.kind.tile / matrices.side]);
+                shapes.dedup();
+                shapes
+            }
+        }
+    }
+
+    /// Adds the dispatch with these shapes to choose from: see [`Self::shapes`].
+    pub(crate) fn push_of_shapes(&self, context: &Context<'_>, shapes: &[[usize; 2]], list: &mut Dispatches) {
         let Context { arithmetic, memory, grids, .. } = *context;
         let mut bindings = vec![
             Binding::Uniform(list.uniform(&self.name, self.shape(context))),
@@ -94,15 +105,19 @@ impl Conv {
         ];
         bindings.extend(self.sources.iter().map(|s| Binding::Read(memory.of(s.buffer))));
         let cells = grids.of(self.output);
-        let variant = |rows: &usize| match arithmetic.kernels {
+        let variant = |&[rows, shares]: &[usize; 2]| match arithmetic.kernels {
             Kernels::Matrices(matrices) => {
-                (self.kind.matrix_shader(matrices, *rows), matrices.workgroups(cells, *rows, self.tiles))
+                let counts = [rows, self.kind.tile / matrices.side / shares];
+                (
+                    self.kind.matrix_shader(matrices, counts),
+                    matrices.workgroups(cells, rows, self.tiles * shares),
+                )
             }
             Kernels::Plain | Kernels::Subgroups => {
-                (self.kind.shader(arithmetic, *rows), workgroups(cells, *rows, self.tiles))
+                (self.kind.shader(arithmetic, rows), workgroups(cells, rows, self.tiles))
             }
         };
-        let variants = rows.iter().map(variant).collect();
+        let variants = shapes.iter().map(variant).collect();
         list.push(Dispatch { label: &self.name, sees_frame: false, variants }, &bindings);
     }
 
