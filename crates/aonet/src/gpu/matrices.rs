@@ -8,8 +8,6 @@ pub(crate) const WAVES: usize = 4;
 /// Channels that a workgroup computes at most: with two rows of cells and a side of 16, four sums a subgroup. On an H100, 64
 /// take 1.2 times as long.
 const MAX_CHANNELS: usize = 32;
-/// Rows of cells of a subgroup: many, or fewer where there would be too few workgroups.
-pub(crate) const ROWS: [usize; 2] = [2, 1];
 
 /// The products of matrices that a device computes: squares of half floats, summed in 32 bits.
 ///

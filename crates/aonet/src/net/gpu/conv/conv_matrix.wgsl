@@ -55,6 +55,10 @@ fn main(
     @builtin(subgroup_id) subgroup: u32,
     @builtin(subgroup_invocation_id) invocation: u32,
 ) {
+    // Tiles of outputs may be narrower than what is packed, and what is packed wider than the outputs.
+    if (group.z * TILES * BLOCKS >= conv.out_blocks) {
+        return;
+    }
     let place = mine(subgroup, invocation, index);
     let wave = place.x;
     let lane = place.y;

@@ -4,7 +4,6 @@ mod conv_matrix;
 mod filters;
 mod kind;
 
-use crate::gpu::matrices;
 use crate::gpu::options::Kernels;
 use crate::gpu::program::{Arithmetic, Binding, Contents, Dispatch, Dispatches, Number, floats};
 use crate::net::gpu::context::Context;
@@ -85,9 +84,9 @@ impl Conv {
         match kernels {
             Kernels::Plain | Kernels::Subgroups => ROWS.map(|rows| [rows, 1]).to_vec(),
             Kernels::Matrices(matrices) => {
-                let mut shapes = matrices::ROWS.map(|rows| [rows, 1]).to_vec();
-                // Where workgroups are few even so, each computes a single matrix of outputs.
-                shapes.push([1, self.kind.tile / matrices.side]);
+                // Where workgroups are few, each computes a single matrix of outputs.
+                let all = self.kind.tile / matrices.side;
+                let mut shapes = vec![[2, 1], [2, all], [1, all]];
                 shapes.dedup();
                 shapes
             }
