@@ -4,6 +4,7 @@
 //! A run directory holds `config.json`, `log.jsonl`, `checkpoint.safetensors` (exact state), `best.safetensors`
 //! and `last.safetensors` (models) and `curves.svg`.
 
+mod agreement;
 mod checkpoint;
 mod exact_survey;
 mod flex_ops;
@@ -121,7 +122,7 @@ pub fn train_on(
     claim_dir(&run.dir, config)?;
     let graph = Graph::new(&config.model)?;
     let device = device_of(run.device);
-    let loss = loss_of(config, run, &device, events)?;
+    let loss = loss_of(config, run, (&device, kernels_of(run.device)), events)?;
     let course = Course { config, frames: frames.load(config, events)?, run, events, started };
     let workers = workers_of(run.device);
     let stepper = Stepper {
@@ -138,6 +139,9 @@ pub fn train_on(
         (false, Some(start)) => State::new(Weights::new(&graph, start::fitted(&config.model, start))?),
         (false, None) => State::new(Weights::init(&graph, config.seed)),
     };
+    if workers.is_empty() {
+        course.compare_with_the_cpu(&stepper, &state.weights)?;
+    }
     let mut log = Log::open(&run.dir, state.moments.step)?;
     while state.moments.step < config.steps {
         course.step(&stepper, &mut state, &mut log)?;
@@ -170,6 +174,17 @@ struct Course<'a> {
 }
 
 impl Course<'_> {
+    /// Fails where the stepper's device has other gradients than the CPU, on two crops at most.
+    fn compare_with_the_cpu(&self, stepper: &Stepper, weights: &Weights) -> Result<()> {
+        let (config, device) = (self.config, Device::flex().autodiff());
+        let loss = loss_of(config, self.run, (&device, Kernels::Own), &|_| ())?;
+        let crops: Vec<_> =
+            (0..config.batch.min(2)).map(|i| samples::draw(&self.frames.samples, config, 0, i)).collect();
+        let workers = step::single_threaded_pools(crops.len());
+        let cpu = Stepper { loss: &loss, device: &device, workers: &workers, ..*stepper };
+        agreement::check(stepper, &cpu, weights, &crops)
+    }
+
     fn step(&self, stepper: &Stepper, state: &mut State, log: &mut Log) -> Result<()> {
         let (config, step) = (self.config, state.moments.step);
         let draw = |i| samples::draw(&self.frames.samples, config, step, i);
@@ -267,14 +282,12 @@ fn workers_of(device: TrainDevice) -> Vec<rayon::ThreadPool> {
 fn loss_of(
     config: &TrainConfig,
     run: &TrainRun,
-    device: &Device,
+    (device, kernels): (&Device, Kernels),
     events: &dyn Fn(TrainEvent),
 ) -> Result<Loss> {
     let wanted = config.loss.perceptual > 0.0;
     let vgg = match &run.vgg {
-        Some(path) if wanted => {
-            Some(vgg::Vgg::load(path, &config.loss.vgg_layers, (device, kernels_of(run.device)))?)
-        }
+        Some(path) if wanted => Some(vgg::Vgg::load(path, &config.loss.vgg_layers, (device, kernels))?),
         None if wanted => {
             events(TrainEvent::NoPerceptualTerm);
             None

@@ -24,6 +24,7 @@ pub(crate) struct Losses {
 }
 
 /// Computes gradients from crops; fixed for a run.
+#[derive(Clone, Copy)]
 pub(crate) struct Stepper<'a> {
     pub(crate) graph: &'a Graph,
     pub(crate) loss: &'a Loss,

@@ -5,7 +5,9 @@ use super::net::Kernels;
 use super::optimizer::Gradients;
 use super::samples::{self, Crop};
 use super::step::{Stepper, single_threaded_pools};
-use super::{Augment, ExactSurvey, LossConfig, Optimizer, TrainConfig, TrainDevice, TrainRun, net, train};
+use super::{
+    Augment, ExactSurvey, LossConfig, Optimizer, TrainConfig, TrainDevice, TrainRun, agreement, net, train,
+};
 use crate::dataset::{DatasetParams, DatasetPlan, Manifest, Preset, Work};
 use crate::exact::{self, Extent};
 use aonet::internals::graph::{Graph, SURVEYED};
@@ -290,6 +292,25 @@ fn own_kernels_have_the_gradients_of_the_framework() {
             assert!(difference < 1e-3 * largest, "{name}: {difference} of {largest}");
         }
     }
+}
+
+/// What a run on a device starts with.
+#[test]
+fn wrong_gradients_of_a_device_are_an_error() {
+    let model = model(small(ModelConfig::paper()), 2);
+    let crops = crops(2, 3);
+    let device = Device::flex().autodiff();
+    let [loss, other] = [LossConfig::default(), LossConfig { l1: 0.0, ..LossConfig::default() }]
+        .map(|config| Loss::new(&config, 32, None, &device));
+    let pools = single_threaded_pools(2);
+    let cpu =
+        Stepper { graph: model.graph(), loss: &loss, device: &device, workers: &pools, side: 32, leak: 1.0 };
+    // The whole batch at once by the framework's kernels, as on a device.
+    let whole = Stepper { workers: &[], ..cpu };
+    agreement::check(&whole, &cpu, model.weights(), &crops).unwrap();
+    let wrong = Stepper { loss: &other, ..whole };
+    let error = agreement::check(&wrong, &cpu, model.weights(), &crops).unwrap_err().to_string();
+    assert!(error.contains("training device") && error.contains("differ by"), "{error}");
 }
 
 pub(super) fn tiny_dataset(dir: &Path) -> Manifest {
