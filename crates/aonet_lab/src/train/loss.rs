@@ -1,6 +1,7 @@
 //! The training loss. AO-Net §3.4, Eq. 3–5.
 
 use super::config::{LossConfig, SsimWindow};
+use super::net::Kernels;
 use super::ssim::{MsSsim, Window};
 use super::vgg::Vgg;
 use burn::tensor::{Device, Tensor};
@@ -27,12 +28,12 @@ const FADE_MSE: f64 = 1e-4;
 
 impl Loss {
     /// `side` is the side of the square images (px). Without `vgg` the perceptual term is off.
-    pub(crate) fn new(config: &LossConfig, side: usize, vgg: Option<Vgg>, device: &Device) -> Self {
+    pub(crate) fn new(config: &LossConfig, side: usize, vgg: Option<Vgg>, on: (&Device, Kernels)) -> Self {
         let window = match config.ssim_window {
-            SsimWindow::Gaussian11 => Window::gaussian11(side, device),
-            SsimWindow::Flat8 => Window::flat8(side, device),
+            SsimWindow::Gaussian11 => Window::gaussian11(side, on),
+            SsimWindow::Flat8 => Window::flat8(side, on),
         };
-        let ms_ssim = (config.ms_ssim > 0.0).then(|| MsSsim::new(side, device));
+        let ms_ssim = (config.ms_ssim > 0.0).then(|| MsSsim::new(side, on));
         Self { config: config.clone(), window, ms_ssim, vgg }
     }
 
@@ -80,7 +81,7 @@ mod tests {
     }
 
     fn terms(config: &LossConfig, x: Tensor<4>, y: Tensor<4>) -> Terms {
-        Loss::new(config, SIDE, None, &Device::flex()).of(x, y)
+        Loss::new(config, SIDE, None, (&Device::flex(), Kernels::Own)).of(x, y)
     }
 
     fn every_term(ssim_window: SsimWindow) -> LossConfig {

@@ -301,5 +301,5 @@ fn loss_of(
             "neither",
         ));
     }
-    Ok(Loss::new(&config.loss, config.crop, vgg, device))
+    Ok(Loss::new(&config.loss, config.crop, vgg, (device, kernels)))
 }

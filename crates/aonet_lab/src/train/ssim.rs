@@ -1,5 +1,6 @@
 //! SSIM and MS-SSIM of square images, on the framework's tape. Wang et al. 2004; Wang, Simoncelli and Bovik 2003.
 
+use super::net::Kernels;
 use burn::tensor::module::avg_pool2d;
 use burn::tensor::ops::AvgPoolOptions;
 use burn::tensor::{Device, Tensor, TensorData};
@@ -26,10 +27,18 @@ const LEAST_MEAN: f64 = 1e-4;
 
 /// A sliding window for images of one size on one device.
 pub(super) struct Window {
-    /// Its weights along an axis as a banded matrix 1 x 1 x (side - taps + 1) x side: a matrix product differentiates
-    /// everywhere and is fast.
-    rows: Tensor<4>,
+    mean: Mean,
     constants: (f64, f64),
+}
+
+/// Weighted means over the places of a window, along both axes.
+enum Mean {
+    /// The weights along an axis as a banded matrix 1 x 1 x (side - taps + 1) x side: a matrix product differentiates
+    /// everywhere and is fast on the CPU.
+    Product(Tensor<4>),
+    /// The weights along an axis. On GPUs frameworks multiply matrices in numbers of ten bits, and in flat places variances, which
+    /// are differences of means, would be nothing but rounding.
+    Sums(Vec<f32>),
 }
 
 /// Numerators and denominators of SSIM's two factors for every window, each Bx1xHxW.
@@ -40,16 +49,16 @@ struct Factors {
 
 impl Window {
     /// 11x11 with a spread of 1.5, for images of `side` px.
-    pub(super) fn gaussian11(side: usize, device: &Device) -> Self {
+    pub(super) fn gaussian11(side: usize, on: (&Device, Kernels)) -> Self {
         let centre = (GAUSSIAN_SIDE / 2) as f64;
         let tap = |i: usize| (-(i as f64 - centre).powi(2) / (2.0 * SIGMA * SIGMA)).exp();
         let taps: Vec<f64> = (0..GAUSSIAN_SIDE).map(tap).collect();
-        Self { rows: sliding(&taps, side, device), constants: GAUSSIAN_CONSTANTS }
+        Self { mean: Mean::new(&taps, side, on), constants: GAUSSIAN_CONSTANTS }
     }
 
     /// 8x8 with equal weights, for images of `side` px.
-    pub(super) fn flat8(side: usize, device: &Device) -> Self {
-        Self { rows: sliding(&[1.0; FLAT_SIDE], side, device), constants: FLAT_CONSTANTS }
+    pub(super) fn flat8(side: usize, on: (&Device, Kernels)) -> Self {
+        Self { mean: Mean::new(&[1.0; FLAT_SIDE], side, on), constants: FLAT_CONSTANTS }
     }
 
     /// Mean over all windows that lie inside the images Bx1xHxW.
@@ -58,16 +67,40 @@ impl Window {
     }
 
     fn factors(&self, x: Tensor<4>, y: Tensor<4>) -> Factors {
-        let (rows, columns) = (&self.rows, self.rows.clone().swap_dims(2, 3));
-        let blur = |image: Tensor<4>| rows.clone().matmul(image).matmul(columns.clone());
-        let (mx, my) = (blur(x.clone()), blur(y.clone()));
-        let vx = blur(x.clone() * x.clone()) - mx.clone() * mx.clone();
-        let vy = blur(y.clone() * y.clone()) - my.clone() * my.clone();
-        let cov = blur(x * y) - mx.clone() * my.clone();
+        let mean = |image| self.mean.of(image);
+        let (mx, my) = (mean(x.clone()), mean(y.clone()));
+        let vx = mean(x.clone() * x.clone()) - mx.clone() * mx.clone();
+        let vy = mean(y.clone() * y.clone()) - my.clone() * my.clone();
+        let cov = mean(x * y) - mx.clone() * my.clone();
         let (c1, c2) = self.constants;
         Factors {
             luminance: (mx.clone() * my.clone() * 2.0 + c1, mx.clone() * mx + my.clone() * my + c1),
             structure: (cov * 2.0 + c2, vx + vy + c2),
+        }
+    }
+}
+
+impl Mean {
+    /// Weights are divided by their sum.
+    fn new(taps: &[f64], side: usize, (device, by): (&Device, Kernels)) -> Self {
+        let total: f64 = taps.iter().sum();
+        let taps: Vec<_> = taps.iter().map(|tap| (tap / total) as f32).collect();
+        match by {
+            Kernels::Own => Self::Product(band(&taps, side, device)),
+            Kernels::Framework => Self::Sums(taps),
+        }
+    }
+
+    /// Of images Bx1xHxW, for windows that lie inside them.
+    fn of(&self, image: Tensor<4>) -> Tensor<4> {
+        match self {
+            Self::Product(rows) => rows.clone().matmul(image).matmul(rows.clone().swap_dims(2, 3)),
+            Self::Sums(taps) => [2, 3].into_iter().fold(image, |image, axis| {
+                let length = image.dims()[axis] + 1 - taps.len();
+                let weighted = |(i, tap): (usize, &f32)| image.clone().narrow(axis, i, length) * *tap;
+                let sum = taps.iter().enumerate().map(weighted).reduce(|a, b| a + b);
+                sum.expect("a window has taps")
+            }),
         }
     }
 }
@@ -90,8 +123,8 @@ pub(super) struct MsSsim {
 
 impl MsSsim {
     /// For images of `side` px, at least [`LEAST_MS_SSIM_SIDE`].
-    pub(super) fn new(side: usize, device: &Device) -> Self {
-        Self { scales: (0..SCALES.len()).map(|k| Window::gaussian11(side >> k, device)).collect() }
+    pub(super) fn new(side: usize, on: (&Device, Kernels)) -> Self {
+        Self { scales: (0..SCALES.len()).map(|k| Window::gaussian11(side >> k, on)).collect() }
     }
 
     /// Mean over the batch Bx1xHxW of the product over the scales; luminance counts at the coarsest one only.
@@ -114,12 +147,11 @@ impl MsSsim {
     }
 }
 
-fn sliding(taps: &[f64], side: usize, device: &Device) -> Tensor<4> {
-    let total: f64 = taps.iter().sum();
+fn band(taps: &[f32], side: usize, device: &Device) -> Tensor<4> {
     let out = side - taps.len() + 1;
     let mut band = vec![0f32; out * side];
     for row in 0..out {
-        taps.iter().enumerate().for_each(|(i, tap)| band[row * side + row + i] = (tap / total) as f32);
+        taps.iter().enumerate().for_each(|(i, tap)| band[row * side + row + i] = *tap);
     }
     Tensor::from_data(TensorData::new(band, [1, 1, out, side]), device)
 }
@@ -198,14 +230,19 @@ mod tests {
         let device = Device::flex();
         let (x, y) = pair(40, 0.3);
         let flat = [1.0 / 64.0; 64];
-        let cases = [
-            (Window::gaussian11(40, &device), plain(&x, &y, &plain_gaussian(), (1e-4, 9e-4))),
-            (Window::flat8(40, &device), plain(&x, &y, &flat, (1e-4, 1e-3))),
-        ];
-        for (window, (expected, _)) in cases {
-            let found: f32 = window.ssim(tensor(&x, &device), tensor(&y, &device)).into_scalar();
-            assert!((f64::from(found) - expected).abs() < AGREEMENT, "{found}, expected {expected}");
-            assert!((0.3..0.9).contains(&expected), "{expected}: neither alike nor strange");
+        for by in [Kernels::Own, Kernels::Framework] {
+            let cases = [
+                (Window::gaussian11(40, (&device, by)), plain(&x, &y, &plain_gaussian(), (1e-4, 9e-4))),
+                (Window::flat8(40, (&device, by)), plain(&x, &y, &flat, (1e-4, 1e-3))),
+            ];
+            for (window, (expected, _)) in cases {
+                let found: f32 = window.ssim(tensor(&x, &device), tensor(&y, &device)).into_scalar();
+                assert!(
+                    (f64::from(found) - expected).abs() < AGREEMENT,
+                    "{by:?}: {found}, expected {expected}"
+                );
+                assert!((0.3..0.9).contains(&expected), "{expected}: neither alike nor strange");
+            }
         }
     }
 
@@ -216,7 +253,7 @@ mod tests {
         for side in [LEAST_MS_SSIM_SIDE, 190] {
             let (x, y) = pair(side, 0.6);
             let image = tensor(&x, &device).require_grad();
-            let loss = MsSsim::new(side, &device).of(image.clone(), tensor(&y, &device));
+            let loss = MsSsim::new(side, (&device, Kernels::Own)).of(image.clone(), tensor(&y, &device));
             let slope: Vec<f32> = image.grad(&loss.backward()).unwrap().into_data().try_into_vec().unwrap();
             let (found, expected) = (f64::from(loss.into_scalar::<f32>()), plain_ms_ssim(&x, &y));
             assert!((found - expected).abs() < AGREEMENT, "{side}: {found}, expected {expected}");
@@ -237,7 +274,7 @@ mod tests {
         let device = Device::flex();
         let side = LEAST_MS_SSIM_SIDE;
         let ((x, y), (u, v)) = (pair(side, 0.2), pair(side, 0.9));
-        let ms_ssim = MsSsim::new(side, &device);
+        let ms_ssim = MsSsim::new(side, (&device, Kernels::Own));
         let of = |x: &[f64], y: &[f64]| -> f32 {
             ms_ssim.of(tensor(x, &device), tensor(y, &device)).into_scalar()
         };
@@ -255,7 +292,7 @@ mod tests {
         let (x, _) = pair(side, 0.0);
         let opposite: Vec<f64> = x.iter().map(|x| 1.0 - x).collect();
         let image = tensor(&x, &device).require_grad();
-        let loss = MsSsim::new(side, &device).of(image.clone(), tensor(&opposite, &device));
+        let loss = MsSsim::new(side, (&device, Kernels::Own)).of(image.clone(), tensor(&opposite, &device));
         let slope: Vec<f32> = image.grad(&loss.backward()).unwrap().into_data().try_into_vec().unwrap();
         assert!(slope.iter().all(|s| s.is_finite()));
         assert!((0.0..0.3).contains(&loss.into_scalar::<f32>()));

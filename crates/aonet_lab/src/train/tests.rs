@@ -202,7 +202,8 @@ fn the_agreement_check_sees_one_changed_weight() {
 fn gradients(model: &Model, crops: &[Crop], workers: usize) -> (f64, Gradients) {
     let device = Device::flex().autodiff();
     let config = LossConfig { dssim: 1.0, ..LossConfig::default() };
-    let loss = Loss::new(&config, 32, None, &device);
+    let kernels = if workers == 0 { Kernels::Framework } else { Kernels::Own };
+    let loss = Loss::new(&config, 32, None, (&device, kernels));
     let workers = single_threaded_pools(workers);
     let stepper = Stepper {
         graph: model.graph(),
@@ -300,8 +301,9 @@ fn wrong_gradients_of_a_device_are_an_error() {
     let model = model(small(ModelConfig::paper()), 2);
     let crops = crops(2, 3);
     let device = Device::flex().autodiff();
-    let [loss, other] = [LossConfig::default(), LossConfig { l1: 0.0, ..LossConfig::default() }]
-        .map(|config| Loss::new(&config, 32, None, &device));
+    let [loss, other] = [(1.0, 0.0), (0.0, 1.0)].map(|(dssim, l1)| {
+        Loss::new(&LossConfig { dssim, l1, ..LossConfig::default() }, 32, None, (&device, Kernels::Framework))
+    });
     let pools = single_threaded_pools(2);
     let cpu =
         Stepper { graph: model.graph(), loss: &loss, device: &device, workers: &pools, side: 32, leak: 1.0 };

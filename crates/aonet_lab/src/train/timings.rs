@@ -3,6 +3,7 @@
 
 use super::LossConfig;
 use super::loss::Loss;
+use super::net::Kernels;
 use super::samples::{self, Crop};
 use super::step::{LEAK, Stepper, single_threaded_pools};
 use aonet::internals::graph::Graph;
@@ -37,7 +38,8 @@ fn time(name: &str, config: &ModelConfig) {
     let device = Device::flex().autodiff();
     let graph = Graph::new(config).unwrap();
     let weights = Weights::init(&graph, 1);
-    let loss = Loss::new(&LossConfig { dssim: 1.0, ..LossConfig::default() }, SIDE, None, &device);
+    let loss =
+        Loss::new(&LossConfig { dssim: 1.0, ..LossConfig::default() }, SIDE, None, (&device, Kernels::Own));
     let workers = single_threaded_pools(1);
     let stepper =
         Stepper { graph: &graph, loss: &loss, device: &device, workers: &workers, side: SIDE, leak: LEAK };
