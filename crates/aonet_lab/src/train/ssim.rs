@@ -35,7 +35,7 @@ pub(super) struct Window {
 enum Mean {
     /// The weights along an axis as a banded matrix 1 x 1 x (side - taps + 1) x side: a matrix product differentiates
     /// everywhere and is fast on the CPU.
-    Product(Tensor<4>),
+    Product(Box<Tensor<4>>),
     /// The weights along an axis. On GPUs frameworks multiply matrices in numbers of ten bits, and in flat places variances, which
     /// are differences of means, would be nothing but rounding.
     Sums(Vec<f32>),
@@ -86,7 +86,7 @@ impl Mean {
         let total: f64 = taps.iter().sum();
         let taps: Vec<_> = taps.iter().map(|tap| (tap / total) as f32).collect();
         match by {
-            Kernels::Own => Self::Product(band(&taps, side, device)),
+            Kernels::Own => Self::Product(Box::new(band(&taps, side, device))),
             Kernels::Framework => Self::Sums(taps),
         }
     }
@@ -94,7 +94,10 @@ impl Mean {
     /// Of images Bx1xHxW, for windows that lie inside them.
     fn of(&self, image: Tensor<4>) -> Tensor<4> {
         match self {
-            Self::Product(rows) => rows.clone().matmul(image).matmul(rows.clone().swap_dims(2, 3)),
+            Self::Product(rows) => {
+                let columns = rows.clone().swap_dims(2, 3);
+                (**rows).clone().matmul(image).matmul(columns)
+            }
             Self::Sums(taps) => [2, 3].into_iter().fold(image, |image, axis| {
                 let length = image.dims()[axis] + 1 - taps.len();
                 let weighted = |(i, tap): (usize, &f32)| image.clone().narrow(axis, i, length) * *tap;

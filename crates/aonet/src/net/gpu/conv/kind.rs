@@ -46,7 +46,7 @@ impl Kind {
         let border = self.size / 2 * 2;
         let cells = (TILE[0] + border) * (TILE[1] * rows + border);
         let filters = if kernels == Kernels::Subgroups { 0 } else { self.size * self.size * self.tile };
-        (WORKGROUP_BYTES / ((cells + filters) * BLOCK * precision.bytes() as usize)).clamp(1, MOST_BLOCKS)
+        (WORKGROUP_BYTES / ((cells + filters) * BLOCK * precision.bytes())).clamp(1, MOST_BLOCKS)
     }
 
     /// Completes a shader: the constants of the convolution, `main`, and how it reads its sources.
