@@ -6,6 +6,8 @@
 
 mod agreement;
 mod checkpoint;
+#[cfg(feature = "cuda")]
+mod cuda;
 mod exact_survey;
 mod flex_ops;
 mod frames;
@@ -121,7 +123,7 @@ pub fn train_on(
     let started = Instant::now();
     claim_dir(&run.dir, config)?;
     let graph = Graph::new(&config.model)?;
-    let device = device_of(run.device);
+    let device = device_of(run.device)?;
     let loss = loss_of(config, run, (&device, kernels_of(run.device)), events)?;
     let course = Course { config, frames: frames.load(config, events)?, run, events, started };
     let workers = workers_of(run.device);
@@ -255,11 +257,14 @@ fn check_dir(dir: &Path, config: &TrainConfig) -> Result<bool> {
     Ok(true)
 }
 
-fn device_of(device: TrainDevice) -> Device {
+fn device_of(device: TrainDevice) -> Result<Device> {
     match device {
-        TrainDevice::Flex { .. } => Device::flex().autodiff(),
+        TrainDevice::Flex { .. } => Ok(Device::flex().autodiff()),
         #[cfg(feature = "cuda")]
-        TrainDevice::Cuda => Device::cuda(0).autodiff(),
+        TrainDevice::Cuda => {
+            cuda::check()?;
+            Ok(Device::cuda(0).autodiff())
+        }
     }
 }
 
