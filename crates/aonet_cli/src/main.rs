@@ -96,6 +96,8 @@ fn main() -> ExitCode {
     for part in ["naga", "wgpu_core", "wgpu_hal"] {
         logger.filter_module(part, log::LevelFilter::Warn);
     }
+    // It warns of what becomes an error of ours.
+    logger.filter_module("cubecl_common", log::LevelFilter::Error);
     logger.init();
     match run(cli.command) {
         Ok(Outcome::Done) => ExitCode::SUCCESS,

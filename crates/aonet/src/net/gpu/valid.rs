@@ -5,6 +5,7 @@ use crate::gpu::image::{self, covering};
 use crate::gpu::matrices::Matrices;
 use crate::gpu::options::{DepthEncoding, Kernels, Layers, NormalEncoding, Precision, TextureEncoding};
 use crate::gpu::program::Arithmetic;
+use crate::gpu::shader::Shader;
 use crate::gpu::surface::Surface;
 use crate::gpu::wgpu_30::matrix_trial;
 use crate::net::config::{Features, KernelWeights};
@@ -34,6 +35,24 @@ pub(crate) fn validate(source: &str, what: &str) {
         module.global_variables.iter().filter(|(_, v)| v.space == naga::AddressSpace::WorkGroup);
     let bytes: u32 = of_workgroup.map(|(_, v)| layouter[v.ty].size).sum();
     assert!(bytes <= wgpu::Limits::defaults().max_compute_workgroup_storage_size, "{what}: {bytes} bytes");
+}
+
+/// Whoever runs a program in the other precision replaces the heads of its shaders.
+#[test]
+fn only_the_head_of_a_shader_depends_on_its_precision() {
+    for kernels in KERNELS {
+        for rows in [1, 2, 4] {
+            let sources = vec![Resample::Upsample2, Resample::None];
+            let kind = Kind { sources, size: 3, activation: Activation::LeakyRelu, tile: 32 };
+            let [single, half] = PRECISIONS.map(|precision| {
+                let shader = kind.shader(Arithmetic { precision, kernels }, rows);
+                let head = Shader::new(precision).source().to_owned();
+                assert!(shader.source().starts_with(&head));
+                shader.source()[head.len()..].to_owned()
+            });
+            assert_eq!(single, half, "{kernels:?}, {rows} rows");
+        }
+    }
 }
 
 #[test]

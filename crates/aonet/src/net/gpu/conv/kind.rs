@@ -1,6 +1,6 @@
 //! The shader of a convolution.
 
-use crate::gpu::options::Kernels;
+use crate::gpu::options::{Kernels, Precision};
 use crate::gpu::program::Arithmetic;
 use crate::gpu::shader::Shader;
 use crate::net::gpu::memory::BLOCK;
@@ -29,12 +29,15 @@ pub(crate) struct Kind {
 impl Kind {
     /// The shader for a number of rows of an invocation.
     pub(crate) fn shader(&self, arithmetic: Arithmetic, rows: usize) -> Shader {
+        // Programs of files may run in the other precision: only the head of a shader depends on it.
+        let [single, half] =
+            [Precision::F32, Precision::F16].map(|p| self.depth(p, arithmetic.kernels, rows));
         let begin = Shader::new(arithmetic.precision)
             .with_kernels(arithmetic.kernels)
             .tile(TILE)
             .number("ROWS", rows)
-            .number("DEPTH", self.depth(arithmetic, rows))
-            .number("GROUPS", self.tile / OUTPUTS);
+            .number("GROUPS", self.tile / OUTPUTS)
+            .part(&format!("const DEPTH: u32 = select({single}u, {half}u, HALF);"));
         self.around(begin, include_str!("conv.wgsl")).part(match arithmetic.kernels {
             Kernels::Subgroups => include_str!("filters_subgroup.wgsl"),
             Kernels::Plain | Kernels::Matrices(_) => include_str!("filters.wgsl"),
@@ -42,7 +45,7 @@ impl Kind {
     }
 
     /// Blocks of inputs in workgroup memory at the same time: coarse levels, whose workgroups are few, wait less often.
-    fn depth(&self, Arithmetic { precision, kernels }: Arithmetic, rows: usize) -> usize {
+    fn depth(&self, precision: Precision, kernels: Kernels, rows: usize) -> usize {
         let border = self.size / 2 * 2;
         let cells = (TILE[0] + border) * (TILE[1] * rows + border);
         let filters = if kernels == Kernels::Subgroups { 0 } else { self.size * self.size * self.tile };
