@@ -21,6 +21,11 @@ pub(crate) fn device() -> Option<Device> {
     }
 }
 
+/// Whether the device is a driver that computes on the CPU: then nothing rounds in ways of its own.
+pub(crate) fn on_the_cpu(device: &Device) -> bool {
+    device.adapter.device_type == wgpu::DeviceType::Cpu
+}
+
 /// Inputs of a session with the default encodings but linear depth.
 pub(crate) struct Inputs {
     pub(crate) normal: wgpu::TextureView,

@@ -30,7 +30,7 @@ impl Kind {
             .replace("//PRODUCTS", &products.concat())
             .replace("//STORES", &unrolled(STORE, counts));
         // Where workgroups are few, they wait less often for inputs; elsewhere small ones side by side hide the wait. On an H100
-        // either takes two thirds of the other's time.
+        // 2 takes 0.9 of the time of 1 on coarse levels, and 1.5 times as long on the finest.
         let depth = if rows == 1 { 2 } else { 1 };
         let begin = matrices
             .shader()
