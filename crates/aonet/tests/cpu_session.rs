@@ -96,8 +96,15 @@ fn corrections() {
 
 #[test]
 fn weights_of_shares_and_surveys() {
-    let kinds = |p| [(p, weighing_shares(p)), (p, surveying(p)), (p, smoothing(p))];
-    for (patch, config) in [1, 2, 4, 8].into_iter().flat_map(kinds) {
+    // The filter's powers are polynomials. Measured: 1.5e-5.
+    let filtered = 4e-5;
+    let kinds = |p| {
+        let weighing = weighing_shares(p);
+        let settling = ModelConfig { smooth: true, ..weighing.clone() };
+        [(TOLERANCE, weighing), (TOLERANCE, surveying(p)), (filtered, settling), (filtered, smoothing(p))]
+            .map(|(tolerance, config)| (p, tolerance, config))
+    };
+    for (patch, tolerance, config) in [1, 2, 4, 8].into_iter().flat_map(kinds) {
         let model = model(config, 1);
         let noise = frame(Size::px(45, 20), 2);
         let bars = behind_bars(&waves(Size::px(70, 33)));
@@ -107,18 +114,17 @@ fn weights_of_shares_and_surveys() {
             assert!(spread(&expected, &gbuffer) > 0.05, "nothing to see");
             // Angles fall into other sectors with other instructions.
             let found = run(&model, &gbuffer, (2, Level::best()));
-            assert_close(&found, &expected, (TOLERANCE, &format!("patches of {patch}")));
+            assert_close(&found, &expected, (tolerance, &format!("patches of {patch}")));
         }
     }
 }
 
 #[test]
-fn smoothing_changes_what_a_network_adds_and_nothing_else() {
+fn smoothing_changes_what_a_network_adds_and_settles_the_search() {
     let gbuffer = behind_bars(&waves(Size::px(70, 33)));
     let [plain, smooth] =
         [surveying(4), smoothing(4)].map(|config| run(&model(config, 1), &gbuffer, (1, Level::best())));
     assert!(max_error(&plain, &smooth) > 0.05, "nothing is smoothed");
-    // A network that adds nothing leaves the search as it is.
     let nothing = |config: ModelConfig| {
         let graph = Graph::new(&config).unwrap();
         let mut tensors = Weights::init(&graph, 1).tensors().clone();
@@ -127,7 +133,9 @@ fn smoothing_changes_what_a_network_adds_and_nothing_else() {
         let model = Model::new(config, weights, TrainingFacts::default()).unwrap();
         run(&model, &gbuffer, (2, Level::best()))
     };
-    assert_eq!(max_error(&nothing(smoothing(4)), &nothing(surveying(4))), 0.0);
+    // What a search found moves by at most the largest d (1 - (d / 0.02)²): 0.02 times 2 / sqrt(27).
+    let settled = max_error(&nothing(smoothing(4)), &nothing(surveying(4)));
+    assert!((0.004..0.00770).contains(&settled), "{settled}");
 }
 
 #[test]

@@ -19,7 +19,7 @@ fn reads(step: &Step) -> Vec<usize> {
         Step::Surfels { .. } => vec![],
         Step::Search { surfels, .. } => surfels.iter().flatten().copied().collect(),
         Step::Filter { input, .. } => vec![*input],
-        Step::Smooth { base, .. } => vec![*base],
+        Step::Smooth { base, .. } => base.iter().copied().collect(),
         Step::Features { search, .. } => search.iter().copied().collect(),
         Step::Survey { surfels, .. } => surfels.to_vec(),
         Step::Conv(ConvStep { sources, .. }) => sources.iter().map(|s| s.buffer).collect(),
@@ -36,7 +36,7 @@ fn writes(step: &Step) -> Vec<usize> {
         Step::Surfels { outputs } => outputs.to_vec(),
         Step::Search { output, .. }
         | Step::Filter { output, .. }
-        | Step::Smooth { added: output, .. }
+        | Step::Smooth { read: output, .. }
         | Step::Features { output, .. }
         | Step::Survey { output, .. }
         | Step::Conv(ConvStep { output, .. }) => vec![*output],
@@ -176,9 +176,9 @@ fn smoothing_follows_the_head() {
     let plan = plan(&ModelConfig::balanced(), Size::px(1280, 720));
     let last = plan.steps.len() - 1;
     let Step::Head(HeadStep { base: Some(found), .. }) = plan.steps[last - 1] else { panic!("no head") };
-    let Step::Smooth { base, added, .. } = plan.steps[last] else { panic!("no smoothing") };
-    assert_eq!((base, plan.buffers[found].live.last), (found, last));
-    assert_eq!(plan.buffers[added].live, Lifetime { first: last, last });
+    let Step::Smooth { base, read, .. } = plan.steps[last] else { panic!("no smoothing") };
+    assert_eq!((base, plan.buffers[found].live.last), (Some(found), last));
+    assert_eq!((plan.buffers[read].channels, plan.buffers[read].live), (2, Lifetime { first: last, last }));
     assert_eq!(first_overwritten_read(&plan), None);
 }
 

@@ -28,13 +28,13 @@ pub(crate) struct Image {
 }
 
 impl Image {
-    /// The same after the filter, which runs over what the network added to the base.
+    /// The same after the filter.
     pub(crate) fn smoothed(self, by: Denoise, surface: Surface, list: &mut Dispatches) -> Self {
-        let (Raw::Pixels(raw), Some((base, 1))) = (self.raw, self.base) else {
+        let (Raw::Pixels(raw), Some((base, planes))) = (self.raw, self.base) else {
             unreachable!("a head corrects a search")
         };
         let smoothed = list.storage("smoothed", Grid::FRAME.count() * size_of::<f32>().into());
-        let shader = denoise::smoothing_shader(surface, by, self.patch);
+        let shader = denoise::smoothing_shader(surface, by, (self.patch, planes));
         denoise::push_smoothing(shader, ([raw, base], &self.cells), smoothed, list);
         Self { raw: Raw::Pixels(smoothed), patch: 1, cells: Grid::FRAME, base: None }
     }
@@ -54,12 +54,18 @@ impl Image {
 
 /// The shader of the image; how many planes correct a search, and whether it reads blocks of four channels.
 pub(crate) fn shader(surface: Surface, (patch, planes): (usize, usize), blocked: bool) -> Shader {
-    let (ty, first) = if blocked { ("real4", ".x") } else { ("f32", "") };
+    let ty = if blocked { "real4" } else { "f32" };
     surface
         .shader()
         .number("PATCH", patch)
         .number("CORRECTION", planes)
-        .part(&include_str!("image.wgsl").replace("RAW", ty).replace("FIRST_CHANNEL", first))
+        .part(&include_str!("image.wgsl").replace("RAW", ty))
+        .part(&value_at(blocked))
+}
+
+/// The function that computes the visibility of a pixel from `raw` and `base`; whether `raw` holds blocks of four channels.
+pub(crate) fn value_at(blocked: bool) -> String {
+    include_str!("image_value.wgsl").replace("FIRST_CHANNEL", if blocked { ".x" } else { "" })
 }
 
 /// A source with the vertex stage `cover` of a triangle that covers the target.

@@ -58,9 +58,9 @@ pub fn search_planes(search: &SearchConfig, gbuffer: &GBuffer, params: AoParams)
             search::arcs_band(isa, (of, [&first, &second]), &screen, Band::whole(&mut found));
         }
     }
-    for _ in 0..search.filter().passes {
+    for pass in search.filter().passes() {
         let mut filtered = vec![0.0; found.len()];
-        let filter = Filter::new(&screen, search.filter(), &found);
+        let filter = Filter::new(&screen, search.filter(), pass, &found);
         search::filter_band(isa, &filter, Band::whole(&mut filtered));
         found = filtered;
     }

@@ -106,7 +106,7 @@ pub enum Op {
         search: ValueId,
         /// CxHxW, with one plane or as many as the search.
         correction: ValueId,
-        /// Whether sessions then smooth what is added, by the search's filter: [`ModelConfig::smooth`](crate::net::ModelConfig::smooth).
+        /// Whether sessions then smooth the image, by the search's filter: [`ModelConfig::smooth`](crate::net::ModelConfig::smooth).
         /// Training and ONNX leave it out.
         smooth: bool,
     },

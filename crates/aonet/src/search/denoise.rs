@@ -17,7 +17,51 @@ pub(crate) struct Denoise {
     pub(crate) plane: f32,
     /// Exponent on the cosine between the normals.
     pub(crate) normal: f32,
+    /// If above 0, a last pass settles the result: differences from the neighbours' mean that are smaller shrink.
+    pub(crate) keep: f32,
 }
+
+impl Denoise {
+    /// All passes, the one that settles included.
+    pub(crate) fn passes(self) -> impl Iterator<Item = Pass> {
+        let settling = (self.keep > 0.0).then_some(Pass::Settle { keep: self.keep });
+        (0..self.passes).map(|_| Pass::Smooth).chain(settling)
+    }
+}
+
+/// What a pass does with the weighted mean of a pixel and its neighbours.
+///
+/// What is left of a search's noise after a pass are small differences, which a second mean removes; but a second mean blurs shadows
+/// beside contacts. So a pass that settles keeps a difference `d` from the mean times min(|d| / keep, 1)².
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Pass {
+    /// Takes the mean.
+    Smooth,
+    /// Keeps large differences from it.
+    Settle {
+        /// Differences of this size and more stay as they are.
+        keep: f32,
+    },
+    /// Of two planes, settles the first, takes the mean of the second, and writes their sum, in [0, 1], as one plane.
+    Correct {
+        /// As in [`Pass::Settle`].
+        keep: f32,
+    },
+}
+
+impl Pass {
+    /// Least differences that stay in the first plane, and in the others; 0 for the mean.
+    pub(crate) const fn keeps(self) -> [f32; 2] {
+        match self {
+            Self::Smooth => [0.0, 0.0],
+            Self::Settle { keep } => [keep, keep],
+            Self::Correct { keep } => [keep, 0.0],
+        }
+    }
+}
+
+/// [`Pass::Settle`] and [`Pass::Correct`] of networks.
+pub(crate) const KEEP: f32 = 0.02;
 
 /// Pixels on each side.
 pub(crate) const REACH: usize = 2;
@@ -30,24 +74,31 @@ pub(crate) const SPATIAL: [f32; 3] = [1.0, 0.8007, 0.4111];
 pub(crate) struct Filter<'a> {
     pub(crate) screen: &'a Screen<'a>,
     by: Denoise,
+    pass: Pass,
     /// What is filtered: row by row, plane by plane; the first plane is a visibility.
     planes: &'a [f32],
-    /// Number of planes: 1, [`BENT_PLANES`] or [`PLANES`].
-    pub(super) count: usize,
+    /// Number of planes: 1, 2, [`BENT_PLANES`] or [`PLANES`].
+    count: usize,
 }
 
 impl<'a> Filter<'a> {
-    pub(crate) fn new(screen: &'a Screen<'a>, by: Denoise, planes: &'a [f32]) -> Self {
-        Self { screen, by, planes, count: planes.len() / screen.size().pixels() }
+    pub(crate) fn new(screen: &'a Screen<'a>, by: Denoise, pass: Pass, planes: &'a [f32]) -> Self {
+        Self { screen, by, pass, planes, count: planes.len() / screen.size().pixels() }
+    }
+
+    /// Number of planes that a pass writes.
+    pub(super) fn written(&self) -> usize {
+        if matches!(self.pass, Pass::Correct { .. }) { 1 } else { self.count }
     }
 
     /// Writes consecutive rows of the filtered planes, from row `first` on.
     pub(crate) fn run(&self, isa: Isa, first: usize, rows: &mut [f32]) {
         let width = self.screen.size().width();
-        for (i, lines) in rows.chunks_exact_mut(width * self.count).enumerate() {
+        for (i, lines) in rows.chunks_exact_mut(width * self.written()).enumerate() {
             let y = first + i;
             match self.count {
                 1 => isa.run_on_pixels(Row::<1> { filter: self, y, lines }),
+                2 => isa.run_on_pixels(Row::<2> { filter: self, y, lines }),
                 BENT_PLANES => isa.run_on_pixels(Row::<BENT_PLANES> { filter: self, y, lines }),
                 PLANES => isa.run_on_pixels(Row::<PLANES> { filter: self, y, lines }),
                 count => unreachable!("no search reports {count} values for a pixel"),
@@ -95,10 +146,15 @@ impl<const N: usize> Kernel for Row<'_, N> {
             }
             for from in (0..pixels).step_by(S::LANES) {
                 let p = filter.screen.pixels(simd, x + from, y);
-                let means = filter.means(&p, facing, &seen, from);
+                let mut values = filter.values(&p, facing, &seen, from);
+                if matches!(filter.pass, Pass::Correct { .. }) {
+                    let (first, rest) = values.split_first_mut().expect("planes to add");
+                    rest.iter().for_each(|added| *first += *added);
+                    *first = first.saturate();
+                }
                 let to = pixels.min(from + S::LANES);
-                for c in 0..N {
-                    means[c].store(&mut lines[c * width + x + from..c * width + x + to]);
+                for (c, values) in values[..filter.written()].iter().enumerate() {
+                    values.store(&mut lines[c * width + x + from..c * width + x + to]);
                 }
             }
         }
@@ -151,9 +207,9 @@ impl<const N: usize> Neighbours<N> {
 }
 
 impl Filter<'_> {
-    /// The filtered numbers of pixels whose neighbours begin at column `x` of `seen`; `facing` is the power of [`Denoise::normal`].
+    /// The filtered values of pixels whose neighbours begin at column `x` of `seen`; `facing` is the power of [`Denoise::normal`].
     #[inline(always)]
-    fn means<S: Simd, const N: usize>(
+    fn values<S: Simd, const N: usize>(
         &self,
         p: &Pixels<S>,
         facing: Power,
@@ -193,11 +249,23 @@ impl Filter<'_> {
             }
         }
         let (alone, inverse) = (weights.le(1e-6), 1.0 / weights);
-        for (sum, plane) in sums.iter_mut().zip(&seen.planes[REACH]) {
-            *sum = alone.select(load(simd, plane, x + REACH), *sum * inverse);
+        let [first, others] = self.pass.keeps();
+        for (c, (sum, plane)) in sums.iter_mut().zip(&seen.planes[REACH]).enumerate() {
+            let own = load(simd, plane, x + REACH);
+            let mean = alone.select(own, *sum * inverse);
+            let keep = if c == 0 { first } else { others };
+            *sum = if keep > 0.0 { settled(own, mean, keep) } else { mean };
         }
         sums
     }
+}
+
+/// A pixel's own value, as far as it differs from the mean: see [`Pass`].
+#[inline(always)]
+fn settled<S: Simd>(own: F<S>, mean: F<S>, keep: f32) -> F<S> {
+    let difference = own - mean;
+    let stays = (difference.abs() * (1.0 / keep)).min(1.0);
+    difference.mul_add(stays * stays, mean)
 }
 
 #[inline(always)]
@@ -216,7 +284,7 @@ mod tests {
     use glam::Vec3A;
 
     /// The filter as its definition has it, pixel by pixel.
-    fn naive(frame: &GBuffer, by: Denoise, radius: f32, visibility: &[f32]) -> Vec<f32> {
+    fn naive(frame: &GBuffer, (by, keep): (Denoise, f32), radius: f32, visibility: &[f32]) -> Vec<f32> {
         let (width, height) = (frame.width() as isize, frame.height() as isize);
         let place = |x: isize, y: isize| {
             frame.camera().position_view(x as usize, y as usize, frame.depth()[(y * width + x) as usize])
@@ -237,7 +305,9 @@ mod tests {
                 let weight = (1.0 - away).max(0.0) * facing * spatial;
                 (sum, weights) = (sum + weight * visibility[at], weights + weight);
             }
-            sum / weights
+            let (own, mean) = (visibility[i as usize], sum / weights);
+            let stays = if keep > 0.0 { ((own - mean).abs() / keep).min(1.0) } else { 0.0 };
+            mean + stays * stays * (own - mean)
         };
         (0..width * height).map(one).collect()
     }
@@ -261,22 +331,71 @@ mod tests {
 
     #[test]
     fn every_level_filters_as_the_definition_says() {
-        let by = Denoise { passes: 1, plane: 0.1, normal: 11.3 };
+        let by = Denoise { passes: 1, plane: 0.1, normal: 11.3, keep: 0.3 };
         for projection in [Projection::Perspective { fov_y: 1.0 }, Projection::Orthographic { height: 4.0 }] {
             for size in [(3, 2), (37, 6), (300, 7)] {
                 let (frame, visibility) = noisy_frame(projection, Size::px(size.0, size.1));
                 let screen = Screen::new(&frame, AoParams::new(1.0).unwrap());
-                let expected = naive(&frame, by, 1.0, &visibility);
-                for level in Level::available() {
-                    let mut found = vec![0.0; visibility.len()];
-                    Filter::new(&screen, by, &visibility).run(Isa::new(level).unwrap(), 0, &mut found);
-                    for i in (0..found.len()).filter(|i| frame.is_foreground(*i)) {
-                        // Measured: 3e-5 at most.
-                        let off = (found[i] - expected[i]).abs();
-                        assert!(off < 2e-4, "{level:?} {projection:?} {size:?}, pixel {i}: {off}");
+                for pass in [Pass::Smooth, Pass::Settle { keep: 0.3 }] {
+                    let expected = naive(&frame, (by, pass.keeps()[0]), 1.0, &visibility);
+                    for level in Level::available() {
+                        let mut found = vec![0.0; visibility.len()];
+                        let filter = Filter::new(&screen, by, pass, &visibility);
+                        filter.run(Isa::new(level).unwrap(), 0, &mut found);
+                        for i in (0..found.len()).filter(|i| frame.is_foreground(*i)) {
+                            // Powers are polynomials. Measured: 3e-5 at most in the mean, 3e-4 in what differs from it.
+                            let off = (found[i] - expected[i]).abs();
+                            assert!(
+                                off < if pass == Pass::Smooth { 2e-4 } else { 1e-3 },
+                                "{level:?} {projection:?} {size:?} {pass:?}, pixel {i}: {off}"
+                            );
+                        }
                     }
                 }
             }
         }
+    }
+
+    #[test]
+    fn a_correction_is_smoothed_and_what_it_corrects_settles() {
+        let by = Denoise { passes: 1, plane: 0.1, normal: 11.3, keep: 0.0 };
+        let (width, size) = (37, Size::px(37, 6));
+        let (frame, noise) = noisy_frame(Projection::Perspective { fov_y: 1.0 }, size);
+        let screen = Screen::new(&frame, AoParams::new(1.0).unwrap());
+        let found: Vec<f32> = noise.iter().map(|v| 0.4 + 0.2 * v).collect();
+        let added: Vec<f32> = noise.iter().rev().map(|v| 0.6 * v - 0.3).collect();
+        let rows = found.chunks(width).zip(added.chunks(width));
+        let both: Vec<f32> = rows.flat_map(|(found, added)| [found, added].concat()).collect();
+        let settled = naive(&frame, (by, 0.1), 1.0, &found);
+        let mean = naive(&frame, (by, 0.0), 1.0, &added);
+        for level in Level::available() {
+            let mut image = vec![0.0; found.len()];
+            let filter = Filter::new(&screen, by, Pass::Correct { keep: 0.1 }, &both);
+            filter.run(Isa::new(level).unwrap(), 0, &mut image);
+            for i in (0..image.len()).filter(|i| frame.is_foreground(*i)) {
+                let expected = (settled[i] + mean[i]).clamp(0.0, 1.0);
+                assert!((image[i] - expected).abs() < 2e-4, "{level:?}, pixel {i}: {} {expected}", image[i]);
+            }
+        }
+    }
+
+    #[test]
+    fn small_differences_settle_and_large_ones_stay() {
+        let by = Denoise { passes: 1, plane: 1.0, normal: 1.0, keep: 0.02 };
+        assert_eq!(by.passes().collect::<Vec<_>>(), [Pass::Smooth, Pass::Settle { keep: 0.02 }]);
+        assert_eq!(Denoise { keep: 0.0, ..by }.passes().count(), 1);
+        let camera = Camera::perspective(1.0, Size::px(9, 9)).unwrap();
+        let frame = GBuffer::new(camera, vec![5.0; 81], vec![[0.0, 0.0, 1.0]; 81]).unwrap();
+        let screen = Screen::new(&frame, AoParams::new(1.0).unwrap());
+        let centre_of = |centre: f32| {
+            let mut visibility = vec![0.5; 81];
+            visibility[40] = centre;
+            let mut found = vec![0.0; 81];
+            let filter = Filter::new(&screen, by, Pass::Settle { keep: 0.02 }, &visibility);
+            filter.run(Isa::new(Level::best()).unwrap(), 0, &mut found);
+            found[40]
+        };
+        assert!((centre_of(0.505) - 0.5).abs() < 0.002, "{}", centre_of(0.505));
+        assert!((centre_of(0.6) - 0.6).abs() < 1e-6, "{}", centre_of(0.6));
     }
 }

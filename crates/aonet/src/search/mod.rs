@@ -41,7 +41,9 @@ use crate::simd::lanes::F;
 use crate::simd::{Isa, Kernel, Simd};
 use crate::threads::Band;
 pub(crate) use bent::BENT_PLANES;
-pub(crate) use denoise::{Denoise, Filter};
+#[doc(hidden)]
+pub use denoise::Pass;
+pub(crate) use denoise::{Denoise, Filter, KEEP};
 pub(crate) use noise::noise_of;
 use params::Parameters;
 use screen::Pixels;
@@ -304,24 +306,11 @@ pub(crate) fn arcs_band(
     open_background(screen.gbuffer(), PLANES, band);
 }
 
-/// Writes a band of one pass of a filter. The background is 1, and 0 in the planes after the first. Allocates nothing.
+/// Writes a band of one pass of a filter. The background is 1, and 0 in the planes after the first.
+/// Allocates nothing.
 pub(crate) fn filter_band(isa: Isa, filter: &Filter<'_>, band: Band<'_>) {
     filter.run(isa, band.first, &mut *band.values);
-    open_background(filter.screen.gbuffer(), filter.count, band);
-}
-
-/// The same for what was added to a visibility, of which `base` holds the first plane of every row: writes their sum, in [0, 1].
-pub(crate) fn smoothed_band(isa: Isa, filter: &Filter<'_>, (base, stride): (&[f32], usize), band: Band<'_>) {
-    filter.run(isa, band.first, &mut *band.values);
-    let gbuffer = filter.screen.gbuffer();
-    let width = gbuffer.width();
-    for (i, line) in band.values.chunks_exact_mut(width).enumerate() {
-        let y = band.first + i;
-        let (found, depth) = (&base[y * stride..], &gbuffer.depth()[y * width..]);
-        for ((value, found), depth) in line.iter_mut().zip(found).zip(depth) {
-            *value = if *depth == f32::INFINITY { 1.0 } else { (*value + found).clamp(0.0, 1.0) };
-        }
-    }
+    open_background(filter.screen.gbuffer(), filter.written(), band);
 }
 
 /// Sets a band of so many planes to 1 on the background, and to 0 after the first plane.

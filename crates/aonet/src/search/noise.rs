@@ -10,9 +10,11 @@ pub(crate) const SIDE: usize = 5;
 /// Different numbers: all of them lie in every window of 5x5 pixels.
 pub(crate) const COUNT: usize = SIDE * SIDE;
 /// Steps of the first number from a pixel to the next one, to the right and down, in units of 1 / [`COUNT`].
-pub(crate) const STEPS: [usize; 2] = [10, 7];
+pub(crate) const STEPS: [usize; 2] = [20, 11];
 /// The second number's index is that of the first one times this.
-pub(crate) const FACTOR: usize = 4;
+// Five pixels of a row or of a column have both numbers in every fifth of their range, or nearly: all pixels at the same distance from
+// a post see it in many directions and by many taps.
+pub(crate) const FACTOR: usize = 14;
 /// The first number, in units of 1 / [`COUNT`]. With 1/2, 1/3 and so on, slices would lie at 30 degrees, where taps at whole distances fall
 /// exactly between two pixels, and processors would choose different ones.
 pub(crate) const OFFSET: f32 = 0.4;

@@ -66,7 +66,10 @@ macro_rules! params {
     (
         $(#[doc = $about:literal])*
         $name:ident {
-            $( $(#[doc = $doc:literal])* $field:ident: $type:ident = $default:literal in $low:literal..=$high:literal, )*
+            $(
+                $(#[doc = $doc:literal])* $(#[serde($serde:ident)])?
+                $field:ident: $type:ident = $default:literal in $low:literal..=$high:literal,
+            )*
         }
     ) => {
         $(#[doc = $about])*
@@ -76,6 +79,7 @@ macro_rules! params {
             $(
                 $(#[doc = $doc])*
                 #[doc = concat!(" Default ", stringify!($default), "; ", stringify!($low), " to ", stringify!($high), ".")]
+                $(#[serde($serde)])?
                 pub $field: $type,
             )*
         }
@@ -116,6 +120,10 @@ macro_rules! filtered_params {
                 denoise_plane: f32 = 0.05 in 0.001..=2.0,
                 /// Exponent on the cosine between the normals.
                 denoise_normal: f32 = 4.0 in 0.0..=64.0,
+                /// If above 0, a last pass of the filter removes what is left of the noise: visibilities that differ less from their
+                /// neighbours' mean come nearer to it.
+                #[serde(default)]
+                denoise_keep: f32 = 0.0 in 0.0..=1.0,
             }
         }
 
@@ -125,6 +133,7 @@ macro_rules! filtered_params {
                     passes: self.denoise_passes,
                     plane: self.denoise_plane,
                     normal: self.denoise_normal,
+                    keep: self.denoise_keep,
                 }
             }
         }

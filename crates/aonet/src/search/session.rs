@@ -264,8 +264,8 @@ impl Memory {
     /// Filters what is in `found`.
     fn filter(&mut self, screen: &Screen<'_>, by: Denoise) {
         let (row_len, isa) = (self.window.buffer_size().width() * self.planes, self.isa);
-        for _ in 0..by.passes {
-            let filter = Filter::new(screen, by, &self.found);
+        for pass in by.passes() {
+            let filter = Filter::new(screen, by, pass, &self.found);
             self.workers.for_each_band(&mut self.filtered, row_len, |band| {
                 filter.run(isa, band.first, band.values);
             });

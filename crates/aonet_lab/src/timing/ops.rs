@@ -65,7 +65,7 @@ pub(super) fn cost(model: &Model, plan: &Plan, step: &Step) -> OpCost {
         Step::Surfels { outputs } => counted.surfels(outputs),
         Step::Search { search, output, .. } => counted.search(search, *output),
         Step::Filter { input, output, .. } => counted.filter(*input, *output),
-        Step::Smooth { base, .. } => counted.smooth(*base),
+        Step::Smooth { base, read, .. } => counted.smooth(*base, *read),
         Step::Features { search, output, patch } => counted.features(*search, *output, *patch),
         Step::Survey { arcs, output, .. } => counted.survey(arcs, *output),
         Step::Conv(conv) => counted.conv(conv),
@@ -115,16 +115,16 @@ impl Counted<'_> {
         }
     }
 
-    fn smooth(&self, base: BufferId) -> OpCost {
-        // The image is read and written, what was added is written and read.
-        let images = 4 * self.pixels() * size_of::<f32>();
+    fn smooth(&self, base: Option<BufferId>, read: BufferId) -> OpCost {
+        // The image is read and written; what the filter reads is written before.
+        let images = 2 * self.pixels() * size_of::<f32>() + 2 * self.bytes(read);
         OpCost {
             name: "smooth".to_owned(),
             kind: "5x5, by plane and normal".to_owned(),
             inputs: 1,
             outputs: 1,
             flop: FILTER_FLOP * self.pixels() as f64,
-            bytes: (self.gbuffer_bytes() + self.bytes(base) + images) as f64,
+            bytes: (self.gbuffer_bytes() + base.map_or(0, |base| self.bytes(base)) + images) as f64,
             ..self.image_size()
         }
     }
@@ -332,8 +332,8 @@ mod tests {
         let (filter, smooth) = (&costs[1], costs.last().unwrap());
         assert_eq!((filter.name.as_str(), smooth.name.as_str()), ("filter", "smooth"));
         assert_eq!(filter.flop, smooth.flop);
-        // Normal and depth, what was found; the image read and written, what was added written and read.
-        assert_eq!(smooth.bytes / (64.0 * 64.0), 16.0 + 4.0 + 16.0);
+        // Normal and depth; what was found; the image read and written, two planes written and read.
+        assert_eq!(smooth.bytes / (64.0 * 64.0), 16.0 + 4.0 + 8.0 + 16.0);
     }
 
     #[test]

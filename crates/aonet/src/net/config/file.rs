@@ -17,6 +17,7 @@ pub(super) const SEARCH_OF_OLD_FILES: SearchConfig = SearchConfig::Agtao(AgtaoPa
     denoise_passes: 1,
     denoise_plane: 0.015_295_454,
     denoise_normal: 5.945_274_4,
+    denoise_keep: 0.0,
 });
 
 /// A [`ModelConfig`] as JSON, of today or older.

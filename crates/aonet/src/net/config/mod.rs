@@ -99,8 +99,10 @@ pub struct ModelConfig {
     pub decoder: Vec<usize>,
     /// Skip connections.
     pub skips: Skips,
-    /// Whether the filter of the search also smooths what the network adds to it, because pixels of one patch get similar corrections on
-    /// both sides of a silhouette. Needs [`Output::Correction`] and a search with a filter.
+    /// Whether the filter of the search also runs over the image. With [`Output::Correction`] it smooths what the network adds, because
+    /// pixels of one patch get similar corrections on both sides of a silhouette, and settles what the search found. With [`Output::Shares`]
+    /// it settles the image. To settle is to remove differences from the neighbours' mean that are small, up to 0.02: they are noise of the
+    /// search. Needs a search with a filter.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub smooth: bool,
 }
@@ -255,10 +257,9 @@ impl ModelConfig {
         let passes = self.search.map_or(0, |search| search.filter().passes);
         match (self.smooth, self.output) {
             (false, _) => Ok(()),
-            (true, Output::Correction) if passes > 0 => Ok(()),
+            (true, Output::Correction | Output::Shares) if passes > 0 => Ok(()),
             (true, output) => {
-                let expected =
-                    "output correction and a search with denoise_passes above 0, to smooth a correction";
+                let expected = "output correction or shares, and a search with denoise_passes above 0";
                 Err(Error::config("smooth", expected, format!("{output:?} and {passes} passes")))
             }
         }

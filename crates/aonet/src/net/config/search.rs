@@ -18,13 +18,14 @@ pub enum SearchConfig {
 }
 
 impl SearchConfig {
-    /// The preset `agtao:tuned`: for networks that are yet to be trained.
+    /// The preset `agtao:tuned`: for networks that are yet to be trained. Without the pass that settles, which
+    /// [`ModelConfig::smooth`](super::ModelConfig::smooth) puts at the end.
     ///
     /// # Panics
     /// Never: the preset is part of the crate.
     pub fn tuned() -> Self {
         match Classic::named("agtao:tuned") {
-            Ok(Classic::Agtao(params)) => Self::Agtao(params),
+            Ok(Classic::Agtao(params)) => Self::Agtao(AgtaoParams { denoise_keep: 0.0, ..params }),
             found => unreachable!("a preset of this crate: {found:?}"),
         }
     }

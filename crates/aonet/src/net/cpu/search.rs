@@ -5,7 +5,7 @@ use crate::frame::ao_image::AoImage;
 use crate::net::config::SearchConfig;
 use crate::net::plan::{Buffer, HALO};
 use crate::search::survey::{Cells, survey_band};
-use crate::search::{self, ArcsParams, BENT_PLANES, Screen};
+use crate::search::{self, ArcsParams, BENT_PLANES, KEEP, Pass, Screen};
 
 /// Packs the normals of both layers.
 #[derive(Debug)]
@@ -82,6 +82,7 @@ impl Survey {
 #[derive(Debug)]
 pub(super) struct Filter {
     pub(super) search: SearchConfig,
+    pub(super) pass: Pass,
     pub(super) input: Buffer,
     pub(super) output: Buffer,
 }
@@ -92,38 +93,48 @@ impl Filter {
         let Context { isa, workers, arena } = context;
         let ranges = [self.output.range(), self.input.range()];
         let [output, input] = arena.get_disjoint_mut(ranges).expect("live buffers do not overlap");
-        let filter = search::Filter::new(screen, self.search.filter(), input);
+        let filter = search::Filter::new(screen, self.search.filter(), self.pass, input);
         workers.for_each_band(output, self.output.row_len(), |band| search::filter_band(isa, &filter, band));
     }
 }
 
-/// The filter over what a network added to what its search found.
+/// The filter over a network's image. See [`Step::Smooth`](crate::net::plan::Step::Smooth).
 #[derive(Debug)]
 pub(super) struct Smooth {
     pub(super) search: SearchConfig,
-    pub(super) base: Buffer,
-    pub(super) added: Buffer,
+    pub(super) base: Option<Buffer>,
+    pub(super) read: Buffer,
 }
 
 impl Smooth {
     /// Runs over the image.
     pub(super) fn run(&self, context: Context<'_>, screen: &Screen<'_>, image: &mut AoImage) {
         let Context { isa, workers, arena } = context;
-        let ranges = [self.added.range(), self.base.range()];
-        let [added, base] = arena.get_disjoint_mut(ranges).expect("live buffers do not overlap");
-        let (width, stride) = (image.width(), self.base.row_len());
-        let base: &[f32] = base;
+        let ranges = [self.read.range(), self.base.as_ref().map_or(0..0, Buffer::range)];
+        let [read, base] = arena.get_disjoint_mut(ranges).expect("live buffers do not overlap");
+        let (width, base): (usize, &[f32]) = (image.width(), base);
         let visibility = image.visibility();
-        workers.for_each_band(added, width, |band| {
-            for (i, line) in band.values.chunks_exact_mut(width).enumerate() {
-                let (y, found) = (band.first + i, &base[(band.first + i) * stride..]);
+        workers.for_each_band(read, self.read.row_len(), |band| {
+            for (i, line) in band.values.chunks_exact_mut(self.read.row_len()).enumerate() {
+                let y = band.first + i;
                 let seen = &visibility[y * width..][..width];
-                line.iter_mut().zip(seen).zip(found).for_each(|((added, v), found)| *added = v - found);
+                let (first, added) = line.split_at_mut(width);
+                match &self.base {
+                    None => first.copy_from_slice(seen),
+                    Some(buffer) => {
+                        first.copy_from_slice(&base[y * buffer.row_len()..][..width]);
+                        for ((added, seen), found) in added.iter_mut().zip(seen).zip(&*first) {
+                            *added = seen - found;
+                        }
+                    }
+                }
             }
         });
-        let filter = search::Filter::new(screen, self.search.filter(), added);
+        let pass =
+            if self.base.is_some() { Pass::Correct { keep: KEEP } } else { Pass::Settle { keep: KEEP } };
+        let filter = search::Filter::new(screen, self.search.filter(), pass, read);
         workers.for_each_band(image.visibility_mut(), width, |band| {
-            search::smoothed_band(isa, &filter, (base, stride), band);
+            search::filter_band(isa, &filter, band);
         });
     }
 }

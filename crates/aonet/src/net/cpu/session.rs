@@ -237,11 +237,14 @@ impl Prepared {
                 surfels: surfels.map(|surfels| surfels.map(buffer)),
                 output: buffer(*output),
             }),
-            Step::Filter { search, input, output } => {
-                Self::Filter(Filter { search: *search, input: buffer(*input), output: buffer(*output) })
-            }
-            Step::Smooth { search, base, added } => {
-                Self::Smooth(Smooth { search: *search, base: buffer(*base), added: buffer(*added) })
+            Step::Filter { search, pass, input, output } => Self::Filter(Filter {
+                search: *search,
+                pass: *pass,
+                input: buffer(*input),
+                output: buffer(*output),
+            }),
+            Step::Smooth { search, base, read } => {
+                Self::Smooth(Smooth { search: *search, base: base.map(buffer), read: buffer(*read) })
             }
             Step::Features { search, output, patch } => Self::Features(PartitionFeatures {
                 size: plan.size,

@@ -117,8 +117,9 @@ impl Network {
                     let planes = plan.buffers[*output].channels;
                     push_search((search, planes), surface, (packed, place(output)), list);
                 }
-                Step::Filter { search, input, output } => {
-                    let shader = denoise::shader(surface, search.filter(), plan.buffers[*output].channels);
+                Step::Filter { search, pass, input, output } => {
+                    let by = (search.filter(), *pass);
+                    let shader = denoise::shader(surface, by, plan.buffers[*output].channels);
                     denoise::push(shader, [place(input), place(output)], list);
                 }
                 Step::Smooth { search, .. } => {

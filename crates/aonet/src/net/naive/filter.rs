@@ -2,7 +2,7 @@
 
 use super::Planes;
 use super::screen::Screen;
-use crate::search::Denoise;
+use crate::search::{Denoise, Pass};
 
 /// Pixels on each side.
 const REACH: isize = 2;
@@ -10,7 +10,8 @@ const REACH: isize = 2;
 const SPATIAL: [f64; 3] = [1.0, 0.8007, 0.4111];
 
 /// One pass over visibility and shares of light: neighbours count as far as they lie on the pixel's plane and face its way.
-pub(super) fn filter(screen: &Screen<'_>, by: Denoise, found: &Planes) -> Planes {
+/// [`Pass::Correct`] returns both planes of which it is the sum.
+pub(super) fn filter(screen: &Screen<'_>, (by, pass): (Denoise, Pass), found: &Planes) -> Planes {
     let (width, height) = (screen.gbuffer.width() as isize, screen.gbuffer.height() as isize);
     let shows_geometry = |x: isize, y: isize| screen.gbuffer.is_foreground((y * width + x) as usize);
     let position = |x: isize, y: isize| {
@@ -38,6 +39,14 @@ pub(super) fn filter(screen: &Screen<'_>, by: Denoise, found: &Planes) -> Planes
             sum += weight * f64::from(found.at(c, ny, nx));
             weights += weight;
         }
-        if weights > 1e-6 { (sum / weights) as f32 } else { found.at(c, y, x) }
+        let own = f64::from(found.at(c, y, x));
+        let mean = if weights > 1e-6 { sum / weights } else { own };
+        let keep = f64::from(match pass {
+            Pass::Smooth => 0.0,
+            Pass::Correct { .. } if c > 0 => 0.0,
+            Pass::Settle { keep } | Pass::Correct { keep } => keep,
+        });
+        let stays = if keep > 0.0 { ((own - mean).abs() / keep).min(1.0).powi(2) } else { 0.0 };
+        (mean + stays * (own - mean)) as f32
     })
 }

@@ -20,7 +20,7 @@ use crate::net::config::KernelWeights;
 use crate::net::graph::{Activation, LEAKY_SLOPE, Op};
 use crate::net::kernel::{FIRST_TAP, GUIDE_CHANNELS, TAPS, WINDOW};
 use crate::net::model::Model;
-use crate::search::{AgtaoParams, ArcsParams};
+use crate::search::{AgtaoParams, ArcsParams, KEEP, Pass};
 
 pub use features::features;
 pub use vbao::vbao;
@@ -121,7 +121,8 @@ pub fn run_on(model: &Model, (gbuffer, params): (&GBuffer, AoParams), inputs: &I
     let mut output = evaluate(model, inputs);
     if let (true, Some(search), Some(found)) = (model.config().smooth, model.config().search, &inputs.search)
     {
-        output = smoothed(&output, found, |added| search::filter(&search, gbuffer, params, added));
+        output =
+            smoothed(&output, found, |pass, image| search::filter((&search, pass), gbuffer, params, image));
     }
     let width = gbuffer.width();
     let visibility = (0..width * gbuffer.height()).map(|i| match gbuffer.is_foreground(i) {
@@ -132,20 +133,20 @@ pub fn run_on(model: &Model, (gbuffer, params): (&GBuffer, AoParams), inputs: &I
     AoImage::new(window.size(), window.cropped(visibility.collect()))
 }
 
-/// What is added to a search in [0, 1], filtered, and the search. See [`ModelConfig::smooth`](crate::net::ModelConfig::smooth).
-fn smoothed(output: &Planes, found: &Planes, filter: impl Fn(&Planes) -> Planes) -> Planes {
-    let both = |planes: &Planes, y: usize, x: usize| {
-        (planes.at(0, y as isize, x as isize), found.at(0, y as isize, x as isize))
-    };
-    let size = (1, output.height, output.width);
-    let added = Planes::from_fn(size, |_, y, x| {
-        let (visibility, found) = both(output, y, x);
-        visibility.clamp(0.0, 1.0) - found
+/// The image in [0, 1] after the filter; `found` is what the search found. See [`ModelConfig::smooth`](crate::net::ModelConfig::smooth).
+fn smoothed(output: &Planes, found: &Planes, filter: impl Fn(Pass, &Planes) -> Planes) -> Planes {
+    let image = |y: usize, x: usize| output.at(0, y as isize, x as isize).clamp(0.0, 1.0);
+    if found.channels > 1 {
+        let image = Planes::from_fn((1, output.height, output.width), |_, y, x| image(y, x));
+        return filter(Pass::Settle { keep: KEEP }, &image);
+    }
+    let parts = Planes::from_fn((2, output.height, output.width), |c, y, x| {
+        let found = found.at(0, y as isize, x as isize);
+        if c == 0 { found } else { image(y, x) - found }
     });
-    let added = filter(&added);
-    Planes::from_fn((1, added.height, added.width), |_, y, x| {
-        let (added, found) = both(&added, y, x);
-        added + found
+    let parts = filter(Pass::Correct { keep: KEEP }, &parts);
+    Planes::from_fn((1, parts.height, parts.width), |_, y, x| {
+        [0, 1].map(|c| parts.at(c, y as isize, x as isize)).iter().sum::<f32>().clamp(0.0, 1.0)
     })
 }
 

@@ -9,7 +9,7 @@ use super::{Planes, arcs, filter};
 use crate::frame::ao_image::AoParams;
 use crate::frame::gbuffer::GBuffer;
 use crate::net::config::SearchConfig;
-use crate::search::{AgtaoParams, BENT_PLANES, noise_of};
+use crate::search::{AgtaoParams, BENT_PLANES, Pass, noise_of};
 use glam::DVec3;
 use std::f64::consts::PI;
 
@@ -32,18 +32,23 @@ pub(super) fn search(config: &SearchConfig, gbuffer: &GBuffer, params: AoParams)
         }),
         SearchConfig::Arcs(arcs) => arcs::planes(arcs, gbuffer, params),
     };
-    for _ in 0..config.filter().passes {
-        found = filter::filter(&screen, config.filter(), &found);
+    for pass in config.filter().passes() {
+        found = filter::filter(&screen, (config.filter(), pass), &found);
     }
     found
 }
 
 /// One pass of the filter of a search over the part of an image that the frame covers.
-pub(super) fn filter(config: &SearchConfig, gbuffer: &GBuffer, params: AoParams, image: &Planes) -> Planes {
+pub(super) fn filter(
+    (config, pass): (&SearchConfig, Pass),
+    gbuffer: &GBuffer,
+    params: AoParams,
+    image: &Planes,
+) -> Planes {
     let covered = Planes::from_fn((image.channels, gbuffer.height(), gbuffer.width()), |c, y, x| {
         image.at(c, y as isize, x as isize)
     });
-    filter::filter(&Screen::new(gbuffer, params), config.filter(), &covered)
+    filter::filter(&Screen::new(gbuffer, params), (config.filter(), pass), &covered)
 }
 
 /// The bent normals of attenuated GTAO, its filter included. The frame has no guard band.
@@ -70,8 +75,8 @@ fn bent_search(agtao: &AgtaoParams, gbuffer: &GBuffer, params: AoParams) -> Plan
                 false => [1.0, 0.0, 0.0, 0.0][c],
             }
         });
-    for _ in 0..agtao.denoise().passes {
-        found = filter::filter(&screen, agtao.denoise(), &found);
+    for pass in agtao.denoise().passes() {
+        found = filter::filter(&screen, (agtao.denoise(), pass), &found);
     }
     found
 }

@@ -23,8 +23,8 @@ pub fn vbao(vbao: &VbaoParams, gbuffer: &GBuffer, params: AoParams) -> Vec<f32> 
             false => 1.0,
         }
     });
-    for _ in 0..vbao.denoise().passes {
-        found = filter::filter(&screen, vbao.denoise(), &found);
+    for pass in vbao.denoise().passes() {
+        found = filter::filter(&screen, (vbao.denoise(), pass), &found);
     }
     found.values
 }

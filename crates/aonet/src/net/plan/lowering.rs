@@ -83,10 +83,10 @@ impl<'a> Lowering<'a> {
         let mut found = self.image_buffer(planes);
         surfels.into_iter().flatten().for_each(|surfels| self.read(surfels));
         self.steps.push(Step::Search { search, surfels, output: found });
-        for _ in 0..search.filter().passes {
+        for pass in search.filter().passes() {
             let output = self.image_buffer(planes);
             self.read(found);
-            self.steps.push(Step::Filter { search, input: found, output });
+            self.steps.push(Step::Filter { search, pass, input: found, output });
             found = output;
         }
         found
@@ -165,7 +165,7 @@ impl<'a> Lowering<'a> {
                 let planes = self.graph.nodes()[*correction].channels;
                 let found = self.correct(&values[*search], &values[*correction], planes);
                 if *smooth {
-                    self.smooth(*search, found);
+                    self.smooth(*search, (planes == 1).then_some(found));
                 }
                 Lowered::Image
             }
@@ -237,14 +237,14 @@ impl<'a> Lowering<'a> {
         found
     }
 
-    /// Smooths what the head added to what a search found.
-    fn smooth(&mut self, search: ValueId, base: BufferId) {
+    /// Smooths the image, or what a search found and what the head added to it each for itself.
+    fn smooth(&mut self, search: ValueId, base: Option<BufferId>) {
         let Op::Search { search } = self.graph.nodes()[search].op else {
             panic!("only a search is corrected")
         };
-        let added = self.image_buffer(1);
-        self.read(base);
-        self.steps.push(Step::Smooth { search, base, added });
+        let read = self.image_buffer(if base.is_some() { 2 } else { 1 });
+        base.into_iter().for_each(|base| self.read(base));
+        self.steps.push(Step::Smooth { search, base, read });
     }
 
     fn image(&mut self, sources: &[Source]) {

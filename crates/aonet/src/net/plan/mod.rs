@@ -92,7 +92,7 @@ impl Plan {
                 bytes(*output) + surfels.iter().flatten().map(|id| bytes(*id)).sum::<usize>()
             }
             Step::Filter { input, output, .. } => bytes(*input) + bytes(*output),
-            Step::Smooth { base, added, .. } => bytes(*base) + bytes(*added) + 2 * image,
+            Step::Smooth { base, read, .. } => base.map_or(0, bytes) + 2 * bytes(*read) + 2 * image,
             Step::Features { search, output, .. } => bytes(*output) + search.map_or(0, bytes),
             Step::Survey { surfels, output, .. } => {
                 bytes(*output) + surfels.iter().map(|id| bytes(*id)).sum::<usize>()

@@ -5,7 +5,7 @@ use crate::net::config::{KernelWeights, SearchConfig};
 use crate::net::graph::Activation;
 #[cfg(doc)]
 use crate::net::graph::Op;
-use crate::search::ArcsParams;
+use crate::search::{ArcsParams, Pass};
 
 /// How a convolution reads a buffer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -84,21 +84,21 @@ pub enum Step {
     Filter {
         /// The search; its parameters include those of the filter.
         search: SearchConfig,
+        /// What it does with the mean.
+        pass: Pass,
         /// An image.
         input: BufferId,
         /// An image.
         output: BufferId,
     },
-    /// The filter of a search, applied to the image minus what the search found. The image becomes what the search found plus the
-    /// filtered difference.
-    /// See [`ModelConfig::smooth`](crate::net::ModelConfig::smooth).
+    /// The filter of a search, applied to the image. See [`ModelConfig::smooth`](crate::net::ModelConfig::smooth).
     Smooth {
         /// The search; its parameters include those of the filter.
         search: SearchConfig,
-        /// An image: what the search found.
-        base: BufferId,
-        /// An image, for what was added.
-        added: BufferId,
+        /// An image, if the head corrected one plane: what the search found.
+        base: Option<BufferId>,
+        /// An image for what the filter reads: what the search found and what was added, or the image alone.
+        read: BufferId,
     },
     /// Features of the frame, edge-padded to the plan's size, as patch² channels a feature.
     Features {

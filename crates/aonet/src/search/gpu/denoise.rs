@@ -1,10 +1,11 @@
 //! The filter after a search. See `crate::search::denoise`.
 
+use crate::gpu::image;
 use crate::gpu::program::{Binding, BufferId, Dispatch, Dispatches, Grid};
 use crate::gpu::shader::Shader;
 use crate::gpu::surface::Surface;
-use crate::search::Denoise;
-use crate::search::denoise::{REACH, SPATIAL};
+use crate::search::denoise::{KEEP, REACH, SPATIAL};
+use crate::search::{Denoise, Pass};
 
 /// Columns and rows of a workgroup.
 const TILE: [usize; 2] = [16, 8];
@@ -18,7 +19,8 @@ pub(crate) fn push(shader: Shader, [found, filtered]: [BufferId; 2], list: &mut 
     );
 }
 
-/// Adds the dispatch that filters what a network added to a search, pixels of patches of `cells`, into a visibility.
+/// Adds the dispatch that filters what a search found, `base`, and what a network makes of it, pixels of patches of `cells`, into a
+/// visibility.
 pub(crate) fn push_smoothing(
     shader: Shader,
     ([raw, base], cells): ([BufferId; 2], &Grid),
@@ -34,18 +36,26 @@ pub(crate) fn push_smoothing(
 }
 
 /// The shader of [`push`] for so many planes, of which the first is a visibility.
-pub(crate) fn shader(surface: Surface, by: Denoise, planes: usize) -> Shader {
+pub(crate) fn shader(surface: Surface, by: (Denoise, Pass), planes: usize) -> Shader {
     filter(surface, by, planes).part(include_str!("denoise_found.wgsl"))
 }
 
-/// The shader of [`push_smoothing`] for patches of this side (px).
-pub(crate) fn smoothing_shader(surface: Surface, by: Denoise, patch: usize) -> Shader {
-    filter(surface, by, 1).number("PATCH", patch).part(include_str!("denoise_added.wgsl"))
+/// The shader of [`push_smoothing`] for patches of this side (px); how many planes correct the search.
+pub(crate) fn smoothing_shader(surface: Surface, by: Denoise, (patch, planes): (usize, usize)) -> Shader {
+    let (pass, parts) = match planes {
+        1 => (Pass::Correct { keep: KEEP }, 2),
+        _ => (Pass::Settle { keep: KEEP }, 1),
+    };
+    filter(surface, (by, pass), parts)
+        .number("PATCH", patch)
+        .number("CORRECTION", planes)
+        .part(&image::value_at(false))
+        .part(include_str!("denoise_image.wgsl"))
 }
 
 /// The filter, without what it reads.
-fn filter(surface: Surface, by: Denoise, planes: usize) -> Shader {
-    let [s0, s1, s2] = SPATIAL;
+fn filter(surface: Surface, (by, pass): (Denoise, Pass), planes: usize) -> Shader {
+    let ([s0, s1, s2], [first, others]) = (SPATIAL, pass.keeps());
     surface
         .shader()
         .tile(TILE)
@@ -54,5 +64,7 @@ fn filter(surface: Surface, by: Denoise, planes: usize) -> Shader {
         .part(&format!("const SPATIAL: vec3<f32> = vec3({s0:?}f, {s1:?}f, {s2:?}f);"))
         .float("PLANE", by.plane)
         .float("NORMAL", by.normal)
+        .float("KEEP_FIRST", first)
+        .float("KEEP_OTHERS", others)
         .part(include_str!("denoise.wgsl"))
 }

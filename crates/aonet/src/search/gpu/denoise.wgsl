@@ -8,7 +8,7 @@ const WINDOW: vec2<u32> = TILE + 2u * REACH;
 
 /// Normals and depth of the tile and what is beside it; the background's depth outside the frame.
 var<workgroup> surfaces: array<vec4<f32>, WINDOW.x * WINDOW.y>;
-var<workgroup> numbers: array<array<f32, PLANES>, WINDOW.x * WINDOW.y>;
+var<workgroup> values: array<array<f32, PLANES>, WINDOW.x * WINDOW.y>;
 
 /// Where a plane holds a pixel.
 fn index_of(pixel: vec2<u32>, plane: u32) -> u32 {
@@ -21,10 +21,15 @@ fn load(group: vec2<u32>, index: u32) {
         let pixel = clamp(place, vec2(REACH), frame.size + REACH - 1u);
         let s = surface_at(pixel - REACH);
         surfaces[i] = vec4(s.normal, select(BACKGROUND, s.depth, all(pixel == place)));
-        for (var c = 0u; c < PLANES; c++) {
-            numbers[i][c] = number_at(pixel - REACH, c);
-        }
+        values[i] = values_at(pixel - REACH);
     }
+}
+
+/// The mean, or a pixel's own value as far as it differs from the mean: see Pass in search/denoise.rs.
+fn settled(own: f32, mean: f32, keep: f32) -> f32 {
+    let difference = own - mean;
+    let stays = select(0.0, min(abs(difference) / max(keep, 1e-6), 1.0), keep > 0.0);
+    return mean + difference * (stays * stays);
 }
 
 @compute @workgroup_size(TILE_WIDTH, TILE_HEIGHT)
@@ -43,9 +48,9 @@ fn main(
     let normal = surfaces[centre].xyz;
     let depth = surfaces[centre].w;
     if (depth >= BACKGROUND) {
-        for (var c = 0u; c < PLANES; c++) {
-            filtered[index_of(pixel, c)] = select(0.0, 1.0, c == 0u);
-        }
+        var open: array<f32, PLANES>;
+        open[0] = 1.0;
+        store(pixel, open);
         return;
     }
     // From pixel to pixel on the screen, positions move by their size and by their difference in depth along the ray: so
@@ -68,12 +73,15 @@ fn main(
             let counts = select(max(1.0 - away * tolerance, 0.0), 0.0, neighbour.w >= BACKGROUND);
             let weight = spatial * counts * facing;
             for (var c = 0u; c < PLANES; c++) {
-                sums[c] += numbers[at][c] * weight;
+                sums[c] += values[at][c] * weight;
             }
             weights += weight;
         }
     }
     for (var c = 0u; c < PLANES; c++) {
-        filtered[index_of(pixel, c)] = select(sums[c] / weights, numbers[centre][c], weights <= 1e-6) + base_at(pixel);
+        let own = values[centre][c];
+        let mean = select(sums[c] / weights, own, weights <= 1e-6);
+        sums[c] = settled(own, mean, select(KEEP_OTHERS, KEEP_FIRST, c == 0u));
     }
+    store(pixel, sums);
 }

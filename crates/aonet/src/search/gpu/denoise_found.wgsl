@@ -2,11 +2,16 @@
 
 @group(1) @binding(1) var<storage, read> found: array<f32>;
 
-fn number_at(pixel: vec2<u32>, plane: u32) -> f32 {
-    return found[index_of(pixel, plane)];
+fn values_at(pixel: vec2<u32>) -> array<f32, PLANES> {
+    var values: array<f32, PLANES>;
+    for (var c = 0u; c < PLANES; c++) {
+        values[c] = found[index_of(pixel, c)];
+    }
+    return values;
 }
 
-/// What is added to a filtered number.
-fn base_at(pixel: vec2<u32>) -> f32 {
-    return 0.0;
+fn store(pixel: vec2<u32>, values: array<f32, PLANES>) {
+    for (var c = 0u; c < PLANES; c++) {
+        filtered[index_of(pixel, c)] = values[c];
+    }
 }

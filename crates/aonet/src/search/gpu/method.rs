@@ -111,14 +111,14 @@ impl Method {
         self.push_search(buffers[0], &mut list)?;
         let filter = self.method.denoise();
         let passes = match self.picture {
-            Picture::Visibility | Picture::BentNormals(_) => filter.passes as usize,
-            Picture::Shares => 0,
+            Picture::Visibility | Picture::BentNormals(_) => filter.passes().collect(),
+            Picture::Shares => vec![],
         };
-        for i in 0..passes {
+        for (i, pass) in passes.iter().enumerate() {
             let way = [buffers[i % 2], buffers[(i + 1) % 2]];
-            denoise::push(denoise::shader(surface, filter, planes), way, &mut list);
+            denoise::push(denoise::shader(surface, (filter, *pass), planes), way, &mut list);
         }
-        let found = buffers[passes % 2];
+        let found = buffers[passes.len() % 2];
         let image = match self.picture {
             Picture::Visibility | Picture::BentNormals(_) => {
                 Image { raw: Raw::Pixels(found), patch: 1, cells: Grid::FRAME, base: None }
@@ -199,7 +199,9 @@ mod tests {
                 validate(pyramid::shader(of, &GtaoParams::default()).source(), "pyramid");
                 for planes in [1, BENT_PLANES, PLANES] {
                     let filter = AgtaoParams::default().denoise();
-                    validate(denoise::shader(of, filter, planes).source(), "denoise");
+                    for pass in [Pass::Smooth, Pass::Settle { keep: KEEP }] {
+                        validate(denoise::shader(of, (filter, pass), planes).source(), "denoise");
+                    }
                 }
                 for planes in [1, PLANES] {
                     validate(arcs::shader(of, &ArcsParams::default(), planes).source(), "arcs");

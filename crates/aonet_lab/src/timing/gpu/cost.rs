@@ -109,9 +109,10 @@ fn of_step(model: &Model, plan: &Plan, step: &Step, precision: Precision) -> Pas
             cost(search.method().name(), counted.flop, (NORMAL + DEPTH + found) * pixels)
         }
         Step::Filter { search, .. } => filter(pixels, search.planes()),
-        // It also reads what the search found.
-        Step::Smooth { .. } => {
-            cost("smooth", FILTER_FLOP * pixels, (NORMAL + DEPTH + 3.0 * VISIBILITY) * pixels)
+        // Planes that the search found, as many of the network, and the image.
+        Step::Smooth { search, .. } => {
+            let planes = 2 * search.planes() + 1;
+            cost("smooth", FILTER_FLOP * pixels, (NORMAL + DEPTH + planes as f64 * VISIBILITY) * pixels)
         }
         Step::Features { search, output, .. } => {
             let found = search.map_or(0.0, |found| plan.buffers[found].channels as f64 * VISIBILITY);
