@@ -199,6 +199,7 @@ fn a_changed_parameter_is_noticed() {
         ("gtao", "falloff", 0.5),
         ("gtao", "depth_levels", 1.0),
         ("gtao", "denoise_passes", 2.0),
+        ("gtao", "denoise_keep", 0.2),
         ("vbao", "thickness", 0.5),
         ("vbao", "cosine", 1.0),
         ("agtao", "angle_bias", 6.0),
@@ -244,7 +245,7 @@ fn passes_have_names_and_methods_without_shaders_are_errors() {
             .collect::<Vec<_>>()
     };
     assert_eq!(labels(&with("gtao", &[])), ["pyramid", "gtao", "denoise", "image"]);
-    assert_eq!(labels(&with("vbao:tuned", &[])), ["vbao", "denoise", "denoise", "image"]);
+    assert_eq!(labels(&with("vbao:tuned", &[])), ["vbao", "denoise", "denoise", "denoise", "image"]);
     assert_eq!(labels(&with("arcs", &[])), ["surfels", "arcs", "denoise", "image"]);
     let deep = behind_bars(&waves(Size::px(20, 10)));
     let deep = session_for(&device, &with("arcs", &[]), &deep);

@@ -33,7 +33,9 @@ pub(super) fn search_cost(method: &Classic) -> Option<SearchCost> {
         Classic::Nnao(_) => return None,
     };
     let search = AROUND + parameter(method, "slices") * slice + f64::from(method.taps()) * tap;
-    Some(SearchCost { search, filter_passes: parameter(method, "denoise_passes") as usize })
+    let settles = parameter(method, "denoise_keep") > 0.0;
+    let filter_passes = parameter(method, "denoise_passes") as usize + usize::from(settles);
+    Some(SearchCost { search, filter_passes })
 }
 
 /// A parameter of a method by name; 0 where it has none.

@@ -167,7 +167,7 @@ mod tests {
     use crate::gpu::image::covering;
     use crate::net::gpu::valid::{PRECISIONS, encodings, validate};
     use crate::search::gpu::pyramid;
-    use crate::search::{AgtaoParams, ArcsParams, GtaoParams, PLANES, SsaoParams, VbaoParams};
+    use crate::search::{AgtaoParams, ArcsParams, GtaoParams, KEEP, PLANES, Pass, SsaoParams, VbaoParams};
 
     /// Every branch that a parameter chooses.
     fn methods() -> impl Iterator<Item = Classic> {
