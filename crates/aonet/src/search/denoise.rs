@@ -93,25 +93,21 @@ impl<'a> Filter<'a> {
 
     /// Writes consecutive rows of the filtered planes, from row `first` on.
     pub(crate) fn run(&self, isa: Isa, first: usize, rows: &mut [f32]) {
-        let width = self.screen.size().width();
-        for (i, lines) in rows.chunks_exact_mut(width * self.written()).enumerate() {
-            let y = first + i;
-            match self.count {
-                1 => isa.run_on_pixels(Row::<1> { filter: self, y, lines }),
-                2 => isa.run_on_pixels(Row::<2> { filter: self, y, lines }),
-                BENT_PLANES => isa.run_on_pixels(Row::<BENT_PLANES> { filter: self, y, lines }),
-                PLANES => isa.run_on_pixels(Row::<PLANES> { filter: self, y, lines }),
-                count => unreachable!("no search reports {count} values for a pixel"),
-            }
+        match self.count {
+            1 => isa.run_on_pixels(Rows::<1> { filter: self, first, rows }),
+            2 => isa.run_on_pixels(Rows::<2> { filter: self, first, rows }),
+            BENT_PLANES => isa.run_on_pixels(Rows::<BENT_PLANES> { filter: self, first, rows }),
+            PLANES => isa.run_on_pixels(Rows::<PLANES> { filter: self, first, rows }),
+            count => unreachable!("no search reports {count} values for a pixel"),
         }
     }
 }
 
-struct Row<'a, const N: usize> {
+struct Rows<'a, const N: usize> {
     filter: &'a Filter<'a>,
-    y: usize,
-    /// Plane by plane.
-    lines: &'a mut [f32],
+    first: usize,
+    /// Row by row, plane by plane.
+    rows: &'a mut [f32],
 }
 
 /// Pixels that share what they read of their neighbours.
@@ -119,7 +115,8 @@ const TILE: usize = 128;
 /// Values for a row of them, whole vectors.
 const COLUMNS: usize = TILE + MAX_LANES;
 
-/// Five rows of a tile and of what is beside it, from the column [`REACH`] to the left of it on.
+/// Five rows of a tile and of what is beside it, from the column [`REACH`] to the left of it on. Row `y` of the frame, plus [`REACH`],
+/// is in slot `y % ROWS`, so that the next row takes the place of the first one.
 struct Neighbours<const N: usize> {
     /// Infinite outside the frame and on the background.
     depth: [[f32; COLUMNS]; ROWS],
@@ -127,10 +124,10 @@ struct Neighbours<const N: usize> {
     planes: [[[f32; COLUMNS]; N]; ROWS],
 }
 
-impl<const N: usize> Kernel for Row<'_, N> {
+impl<const N: usize> Kernel for Rows<'_, N> {
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
-        let Row { filter, y, lines } = self;
+        let Rows { filter, first, rows } = self;
         let width = filter.screen.size().width();
         let mut seen = Neighbours {
             depth: [[0.0; COLUMNS]; ROWS],
@@ -141,20 +138,24 @@ impl<const N: usize> Kernel for Row<'_, N> {
         for x in (0..width).step_by(TILE) {
             let pixels = TILE.min(width - x);
             let columns = (pixels + 2 * REACH).next_multiple_of(S::LANES);
-            for row in 0..ROWS {
-                seen.fill(simd, filter, Span { x, y: y + row, columns }, row);
+            for y in first..first + ROWS - 1 {
+                seen.fill(simd, filter, Span { x, y, columns });
             }
-            for from in (0..pixels).step_by(S::LANES) {
-                let p = filter.screen.pixels(simd, x + from, y);
-                let mut values = filter.values(&p, facing, &seen, from);
-                if matches!(filter.pass, Pass::Correct { .. }) {
-                    let (first, rest) = values.split_first_mut().expect("planes to add");
-                    rest.iter().for_each(|added| *first += *added);
-                    *first = first.saturate();
-                }
-                let to = pixels.min(from + S::LANES);
-                for (c, values) in values[..filter.written()].iter().enumerate() {
-                    values.store(&mut lines[c * width + x + from..c * width + x + to]);
+            for (i, lines) in rows.chunks_exact_mut(width * filter.written()).enumerate() {
+                let y = first + i;
+                seen.fill(simd, filter, Span { x, y: y + ROWS - 1, columns });
+                for from in (0..pixels).step_by(S::LANES) {
+                    let p = filter.screen.pixels(simd, x + from, y);
+                    let mut values = filter.values(&p, facing, &seen, [from, y]);
+                    if matches!(filter.pass, Pass::Correct { .. }) {
+                        let (first, rest) = values.split_first_mut().expect("planes to add");
+                        rest.iter().for_each(|added| *first += *added);
+                        *first = first.saturate();
+                    }
+                    let to = pixels.min(from + S::LANES);
+                    for (c, values) in values[..filter.written()].iter().enumerate() {
+                        values.store(&mut lines[c * width + x + from..c * width + x + to]);
+                    }
                 }
             }
         }
@@ -171,10 +172,11 @@ struct Span {
 }
 
 impl<const N: usize> Neighbours<N> {
-    /// Fills a row.
+    /// Fills a row's slot.
     #[inline(always)]
-    fn fill<S: Simd>(&mut self, simd: S, filter: &Filter<'_>, span: Span, row: usize) {
+    fn fill<S: Simd>(&mut self, simd: S, filter: &Filter<'_>, span: Span) {
         let (screen, Span { x, y, columns }) = (filter.screen, span);
+        let row = y % ROWS;
         let (width, height) = (screen.size().width(), screen.size().height());
         let inside = y >= REACH && y < height + REACH;
         let y = y.saturating_sub(REACH).min(height - 1);
@@ -207,14 +209,14 @@ impl<const N: usize> Neighbours<N> {
 }
 
 impl Filter<'_> {
-    /// The filtered values of pixels whose neighbours begin at column `x` of `seen`; `facing` is the power of [`Denoise::normal`].
+    /// The filtered values of pixels of row `y` whose neighbours begin at column `x` of `seen`; `facing` is the power of [`Denoise::normal`].
     #[inline(always)]
     fn values<S: Simd, const N: usize>(
         &self,
         p: &Pixels<S>,
         facing: Power,
         seen: &Neighbours<N>,
-        x: usize,
+        [x, y]: [usize; 2],
     ) -> [F<S>; N] {
         let (screen, by, simd) = (self.screen, self.by, p.x.simd());
         let tolerance = 1.0 / (by.plane * screen.radius);
@@ -231,18 +233,19 @@ impl Filter<'_> {
         for dy in 0..ROWS {
             let step_y = dy as f32 - REACH as f32;
             let (row, row_ray) = (down * step_y, ray_down.mul_add(step_y, ray));
+            let slot = (y + dy) % ROWS;
             for dx in 0..ROWS {
                 let step_x = dx as f32 - REACH as f32;
-                let deeper = load(simd, &seen.depth[dy], x + dx) - depth;
+                let deeper = load(simd, &seen.depth[slot], x + dx) - depth;
                 let beside = across.mul_add(step_x, row);
                 let away = deeper.mul_add(ray_across.mul_add(step_x, row_ray), beside).abs();
-                let [nx, ny, nz] = &seen.normal[dy];
+                let [nx, ny, nz] = &seen.normal[slot];
                 let normal =
                     V3 { x: load(simd, nx, x + dx), y: load(simd, ny, x + dx), z: load(simd, nz, x + dx) };
                 let facing = facing.of(normal.dot(p.normal).max(0.0));
                 let spatial = SPATIAL[dx.abs_diff(REACH)] * SPATIAL[dy.abs_diff(REACH)];
                 let weight = away.mul_add(-tolerance * spatial, spatial).max(0.0) * facing;
-                for (sum, plane) in sums.iter_mut().zip(&seen.planes[dy]) {
+                for (sum, plane) in sums.iter_mut().zip(&seen.planes[slot]) {
                     *sum = load(simd, plane, x + dx).mul_add(weight, *sum);
                 }
                 weights += weight;
@@ -250,7 +253,7 @@ impl Filter<'_> {
         }
         let (alone, inverse) = (weights.le(1e-6), 1.0 / weights);
         let [first, others] = self.pass.keeps();
-        for (c, (sum, plane)) in sums.iter_mut().zip(&seen.planes[REACH]).enumerate() {
+        for (c, (sum, plane)) in sums.iter_mut().zip(&seen.planes[(y + REACH) % ROWS]).enumerate() {
             let own = load(simd, plane, x + REACH);
             let mean = alone.select(own, *sum * inverse);
             let keep = if c == 0 { first } else { others };
