@@ -112,6 +112,7 @@ static void names(void) {
             CHECK(visibility[i] >= 0.0f && visibility[i] <= 1.0f);
             least = fminf(least, visibility[i]), most = fmaxf(most, visibility[i]);
         }
+        /* Measured: 0.75 at most, of vbao:medium. */
         CHECK(least < 0.8f && most == 1.0f);
         is_tuned |= strcmp(name, "gtao:tuned") == 0;
         free(visibility);

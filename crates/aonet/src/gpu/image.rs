@@ -3,8 +3,8 @@
 use crate::gpu::program::{Binding, BufferId, Dispatches, Draw, Grid};
 use crate::gpu::shader::Shader;
 use crate::gpu::surface::Surface;
-use crate::search::Denoise;
 use crate::search::gpu::denoise;
+use crate::search::{Denoise, Pass};
 
 /// What the image is made of.
 #[derive(Debug, Clone, Copy)]
@@ -29,7 +29,7 @@ pub(crate) struct Image {
 
 impl Image {
     /// The same after the filter.
-    pub(crate) fn smoothed(self, by: Denoise, surface: Surface, list: &mut Dispatches) -> Self {
+    pub(crate) fn smoothed(self, by: (Denoise, Pass), surface: Surface, list: &mut Dispatches) -> Self {
         let (Raw::Pixels(raw), Some((base, planes))) = (self.raw, self.base) else {
             unreachable!("a head corrects a search")
         };

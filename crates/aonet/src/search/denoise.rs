@@ -65,7 +65,7 @@ pub(crate) const KEEP: f32 = 0.02;
 
 /// Pixels on each side.
 pub(crate) const REACH: usize = 2;
-/// Rows, and columns, of the filter.
+/// FilteredRows, and columns, of the filter.
 const ROWS: usize = 2 * REACH + 1;
 /// Weights by distance: a Gaussian with a spread of 1.5 px. guess
 pub(crate) const SPATIAL: [f32; 3] = [1.0, 0.8007, 0.4111];
@@ -94,16 +94,16 @@ impl<'a> Filter<'a> {
     /// Writes consecutive rows of the filtered planes, from row `first` on.
     pub(crate) fn run(&self, isa: Isa, first: usize, rows: &mut [f32]) {
         match self.count {
-            1 => isa.run_on_pixels(Rows::<1> { filter: self, first, rows }),
-            2 => isa.run_on_pixels(Rows::<2> { filter: self, first, rows }),
-            BENT_PLANES => isa.run_on_pixels(Rows::<BENT_PLANES> { filter: self, first, rows }),
-            PLANES => isa.run_on_pixels(Rows::<PLANES> { filter: self, first, rows }),
+            1 => isa.run_on_pixels(FilteredRows::<1> { filter: self, first, rows }),
+            2 => isa.run_on_pixels(FilteredRows::<2> { filter: self, first, rows }),
+            BENT_PLANES => isa.run_on_pixels(FilteredRows::<BENT_PLANES> { filter: self, first, rows }),
+            PLANES => isa.run_on_pixels(FilteredRows::<PLANES> { filter: self, first, rows }),
             count => unreachable!("no search reports {count} values for a pixel"),
         }
     }
 }
 
-struct Rows<'a, const N: usize> {
+struct FilteredRows<'a, const N: usize> {
     filter: &'a Filter<'a>,
     first: usize,
     /// Row by row, plane by plane.
@@ -124,10 +124,10 @@ struct Neighbours<const N: usize> {
     planes: [[[f32; COLUMNS]; N]; ROWS],
 }
 
-impl<const N: usize> Kernel for Rows<'_, N> {
+impl<const N: usize> Kernel for FilteredRows<'_, N> {
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
-        let Rows { filter, first, rows } = self;
+        let FilteredRows { filter, first, rows } = self;
         let width = filter.screen.size().width();
         let mut seen = Neighbours {
             depth: [[0.0; COLUMNS]; ROWS],
@@ -349,7 +349,7 @@ mod tests {
                             // Powers are polynomials. Measured: 3e-5 at most in the mean, 3e-4 in what differs from it.
                             let off = (found[i] - expected[i]).abs();
                             assert!(
-                                off < if pass == Pass::Smooth { 2e-4 } else { 1e-3 },
+                                off < if pass == Pass::Smooth { 2e-4 } else { 6e-4 },
                                 "{level:?} {projection:?} {size:?} {pass:?}, pixel {i}: {off}"
                             );
                         }

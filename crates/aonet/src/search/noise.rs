@@ -12,8 +12,8 @@ pub(crate) const COUNT: usize = SIDE * SIDE;
 /// Steps of the first number from a pixel to the next one, to the right and down, in units of 1 / [`COUNT`].
 pub(crate) const STEPS: [usize; 2] = [20, 11];
 /// The second number's index is that of the first one times this.
-// Five pixels of a row or of a column have both numbers in every fifth of their range, or nearly: all pixels at the same distance from
-// a post see it in many directions and by many taps.
+// Five pixels of a row or of a column have numbers all over the range, with gaps of 9/25 at most: so pixels at the same distance from a
+// post see it in many directions and by many taps.
 pub(crate) const FACTOR: usize = 14;
 /// The first number, in units of 1 / [`COUNT`]. With 1/2, 1/3 and so on, slices would lie at 30 degrees, where taps at whole distances fall
 /// exactly between two pixels, and processors would choose different ones.
@@ -73,6 +73,21 @@ mod tests {
                 window.sort_by(f32::total_cmp);
                 assert_eq!(window, every, "{which} at ({x}, {y})");
             }
+        }
+    }
+
+    #[test]
+    fn numbers_of_a_row_and_of_a_column_leave_no_large_gap() {
+        for (start, along_rows, which) in (0..COUNT).flat_map(|i| {
+            [true, false].into_iter().flat_map(move |rows| [0, 1].map(|which| (i, rows, which)))
+        }) {
+            let (x, y) = (start % SIDE, start / SIDE);
+            let of = |i| if along_rows { noise_of(x + i, y) } else { noise_of(x, y + i) };
+            let mut numbers: Vec<f32> = (0..SIDE).map(|i| of(i)[which]).collect();
+            numbers.sort_by(f32::total_cmp);
+            numbers.push(numbers[0] + 1.0);
+            let gap = numbers.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f32::max);
+            assert!(gap < 9.5 / COUNT as f32, "gap of {gap} at ({x}, {y}), along a row: {along_rows}");
         }
     }
 

@@ -5,7 +5,7 @@ use crate::frame::ao_image::AoImage;
 use crate::net::config::SearchConfig;
 use crate::net::plan::{Buffer, HALO};
 use crate::search::survey::{Cells, survey_band};
-use crate::search::{self, ArcsParams, BENT_PLANES, KEEP, Pass, Screen};
+use crate::search::{self, ArcsParams, BENT_PLANES, Pass, Screen};
 
 /// Packs the normals of both layers.
 #[derive(Debug)]
@@ -102,6 +102,7 @@ impl Filter {
 #[derive(Debug)]
 pub(super) struct Smooth {
     pub(super) search: SearchConfig,
+    pub(super) pass: Pass,
     pub(super) base: Option<Buffer>,
     pub(super) read: Buffer,
 }
@@ -130,9 +131,7 @@ impl Smooth {
                 }
             }
         });
-        let pass =
-            if self.base.is_some() { Pass::Correct { keep: KEEP } } else { Pass::Settle { keep: KEEP } };
-        let filter = search::Filter::new(screen, self.search.filter(), pass, read);
+        let filter = search::Filter::new(screen, self.search.filter(), self.pass, read);
         workers.for_each_band(image.visibility_mut(), width, |band| {
             search::filter_band(isa, &filter, band);
         });

@@ -243,9 +243,12 @@ impl Prepared {
                 input: buffer(*input),
                 output: buffer(*output),
             }),
-            Step::Smooth { search, base, read } => {
-                Self::Smooth(Smooth { search: *search, base: base.map(buffer), read: buffer(*read) })
-            }
+            Step::Smooth { search, pass, base, read } => Self::Smooth(Smooth {
+                search: *search,
+                pass: *pass,
+                base: base.map(buffer),
+                read: buffer(*read),
+            }),
             Step::Features { search, output, patch } => Self::Features(PartitionFeatures {
                 size: plan.size,
                 patch: *patch,

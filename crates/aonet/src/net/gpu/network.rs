@@ -122,9 +122,9 @@ impl Network {
                     let shader = denoise::shader(surface, by, plan.buffers[*output].channels);
                     denoise::push(shader, [place(input), place(output)], list);
                 }
-                Step::Smooth { search, .. } => {
+                Step::Smooth { search, pass, .. } => {
                     let corrected: Image = image.take().expect("smoothing follows the head");
-                    image = Some(corrected.smoothed(search.filter(), surface, list));
+                    image = Some(corrected.smoothed((search.filter(), *pass), surface, list));
                 }
                 Step::Features { search, output, patch } => {
                     let search = search.as_ref().map(place);

@@ -5,7 +5,7 @@ use super::step::{ConvStep, HeadStep, Resample, Source, Step};
 use crate::frame::size::Size;
 use crate::net::config::{KernelWeights, SearchConfig};
 use crate::net::graph::{Activation, Graph, Op, SURVEYED, ValueId};
-use crate::search::{ArcsParams, BENT_PLANES};
+use crate::search::{ArcsParams, BENT_PLANES, KEEP, Pass};
 
 /// What a node of the graph became: where its value is.
 #[derive(Debug, Clone)]
@@ -242,9 +242,13 @@ impl<'a> Lowering<'a> {
         let Op::Search { search } = self.graph.nodes()[search].op else {
             panic!("only a search is corrected")
         };
-        let read = self.image_buffer(if base.is_some() { 2 } else { 1 });
+        let (pass, planes) = match base {
+            Some(_) => (Pass::Correct { keep: KEEP }, 2),
+            None => (Pass::Settle { keep: KEEP }, 1),
+        };
+        let read = self.image_buffer(planes);
         base.into_iter().for_each(|base| self.read(base));
-        self.steps.push(Step::Smooth { search, base, read });
+        self.steps.push(Step::Smooth { search, pass, base, read });
     }
 
     fn image(&mut self, sources: &[Source]) {

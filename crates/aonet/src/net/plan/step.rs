@@ -95,7 +95,9 @@ pub enum Step {
     Smooth {
         /// The search; its parameters include those of the filter.
         search: SearchConfig,
-        /// An image, if the head corrected one plane: what the search found.
+        /// What it does with the mean.
+        pass: Pass,
+        /// An image, for [`Pass::Correct`]: what the search found.
         base: Option<BufferId>,
         /// An image for what the filter reads: what the search found and what was added, or the image alone.
         read: BufferId,

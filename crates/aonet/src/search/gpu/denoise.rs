@@ -4,7 +4,7 @@ use crate::gpu::image;
 use crate::gpu::program::{Binding, BufferId, Dispatch, Dispatches, Grid};
 use crate::gpu::shader::Shader;
 use crate::gpu::surface::Surface;
-use crate::search::denoise::{KEEP, REACH, SPATIAL};
+use crate::search::denoise::{REACH, SPATIAL};
 use crate::search::{Denoise, Pass};
 
 /// Columns and rows of a workgroup.
@@ -41,12 +41,13 @@ pub(crate) fn shader(surface: Surface, by: (Denoise, Pass), planes: usize) -> Sh
 }
 
 /// The shader of [`push_smoothing`] for patches of this side (px); how many planes correct the search.
-pub(crate) fn smoothing_shader(surface: Surface, by: Denoise, (patch, planes): (usize, usize)) -> Shader {
-    let (pass, parts) = match planes {
-        1 => (Pass::Correct { keep: KEEP }, 2),
-        _ => (Pass::Settle { keep: KEEP }, 1),
-    };
-    filter(surface, (by, pass), parts)
+pub(crate) fn smoothing_shader(
+    surface: Surface,
+    by: (Denoise, Pass),
+    (patch, planes): (usize, usize),
+) -> Shader {
+    let parts = if matches!(by.1, Pass::Correct { .. }) { 2 } else { 1 };
+    filter(surface, by, parts)
         .number("PATCH", patch)
         .number("CORRECTION", planes)
         .part(&image::value_at(false))
