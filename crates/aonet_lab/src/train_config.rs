@@ -1,7 +1,7 @@
 //! The configuration of a training run: a JSON file that, with a dataset and a seed, determines the weights.
 
 use crate::exact::Extent;
-use aonet::net::ModelConfig;
+use aonet::net::{Arch, Axis, Channel, KernelWeights, ModelConfig};
 use aonet_scene::error::{Error, Result};
 use serde::{Deserialize, Serialize};
 use std::path::{Path, PathBuf};
@@ -37,6 +37,10 @@ pub struct TrainConfig {
     pub loss: LossConfig,
     /// Random symmetries of the crops.
     pub augment: Augment,
+    /// Whether weights are tied so that a mirrored frame gives the mirrored image (Cohen and Welling 2016). For networks of the family `ao_net`
+    /// without kernels, with even numbers of channels.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub symmetric: bool,
     /// Seed of the weights and of every crop.
     pub seed: u64,
     /// Steps between validations.
@@ -148,6 +152,7 @@ impl TrainConfig {
                 ..LossConfig::default()
             },
             augment: Augment { mirror: true, roll: 0.25, ..Augment::default() },
+            symmetric: false,
             seed: 1,
             validate_every: 500,
             validation_frames: 48,
@@ -204,6 +209,9 @@ impl TrainConfig {
             return Err(Error::request(format!("training {name}"), "in [0, 1]", share));
         }
         self.loss.check(self.crop)?;
+        if self.symmetric {
+            check_symmetric(&self.model)?;
+        }
         if let Some(exact) = &self.exact_survey {
             let left = match exact.extent {
                 Extent::OneLayer => 1.0,
@@ -219,6 +227,21 @@ impl TrainConfig {
             }
         }
         Ok(self)
+    }
+}
+
+/// Checks that a network can be symmetric: halves of channels, and an image that the head writes.
+fn check_symmetric(model: &ModelConfig) -> Result<()> {
+    let refuse = |expected: &str, found: String| Err(Error::request("training symmetric", expected, found));
+    if model.arch != Arch::AoNet || model.kernel != KernelWeights::Off {
+        return refuse("an ao_net without kernels", format!("{:?}, {:?} kernels", model.arch, model.kernel));
+    }
+    if model.features.sees(Channel::NormalEncoded(Axis::X)) {
+        return refuse("normals, whose sign can change", "encoded normals".to_owned());
+    }
+    match model.encoder.iter().chain(&model.decoder).find(|channels| *channels % 2 == 1) {
+        Some(odd) => refuse("even numbers of channels", odd.to_string()),
+        None => Ok(()),
     }
 }
 

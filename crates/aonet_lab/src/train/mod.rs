@@ -21,6 +21,7 @@ mod ssim;
 mod start;
 mod step;
 mod survey;
+mod symmetry;
 #[cfg(test)]
 mod tests;
 #[cfg(test)]
@@ -48,6 +49,7 @@ use net::Kernels;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 use step::Stepper;
+use symmetry::Symmetry;
 
 /// Device of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -136,17 +138,17 @@ pub fn train_on(
         leak: step::LEAK,
     };
     let checkpoint = run.dir.join(CHECKPOINT);
-    let mut state = match (checkpoint.exists(), &run.start) {
-        (true, _) => State::load(&checkpoint, &graph)?,
-        (false, Some(start)) => State::new(Weights::new(&graph, start::fitted(&config.model, start))?),
-        (false, None) => State::new(Weights::init(&graph, config.seed)),
+    let symmetry = config.symmetric.then(|| Symmetry::of(&config.model, &graph));
+    let mut state = match checkpoint.exists() {
+        true => State::load(&checkpoint, &graph)?,
+        false => State::new(first_weights(config, &graph, run.start.as_ref(), symmetry.as_ref())?),
     };
     if workers.is_empty() {
         course.compare_with_the_cpu(&stepper, &state.weights)?;
     }
     let mut log = Log::open(&run.dir, state.moments.step)?;
     while state.moments.step < config.steps {
-        course.step(&stepper, &mut state, &mut log)?;
+        course.step(&stepper, symmetry.as_ref(), &mut state, &mut log)?;
         let (step, last) = (state.moments.step, state.moments.step == config.steps);
         if step.is_multiple_of(config.validate_every) || last {
             course.validate(&mut state, &mut log)?;
@@ -187,15 +189,24 @@ impl Course<'_> {
         agreement::check(stepper, &cpu, weights, &crops)
     }
 
-    fn step(&self, stepper: &Stepper, state: &mut State, log: &mut Log) -> Result<()> {
+    fn step(
+        &self,
+        stepper: &Stepper,
+        symmetry: Option<&Symmetry>,
+        state: &mut State,
+        log: &mut Log,
+    ) -> Result<()> {
         let (config, step) = (self.config, state.moments.step);
         let draw = |i| samples::draw(&self.frames.samples, config, step, i);
         let crops: Vec<_> = (0..config.batch).map(draw).collect();
         let risen = ((step + 1) as f64 / config.warm_up.max(1) as f64).min(1.0);
         let rate = risen * cosine_decay(config.learning_rate, step, config.steps);
-        let (losses, gradients) = stepper.gradients(&state.weights, &crops);
+        let (losses, mut gradients) = stepper.gradients(&state.weights, &crops);
         if !losses.total.is_finite() {
             return Err(Error::request(format!("loss at step {step}"), "a finite number", losses.total));
+        }
+        if let Some(symmetry) = symmetry {
+            symmetry.tie(&mut gradients);
         }
         let tensors = state.moments.update(&state.weights, &gradients, (config.optimizer, rate));
         state.take(Weights::new(stepper.graph, tensors)?, config.average);
@@ -230,6 +241,21 @@ impl Course<'_> {
             validation,
             ..self.run.facts.clone()
         }
+    }
+}
+
+fn first_weights(
+    config: &TrainConfig,
+    graph: &Graph,
+    start: Option<&Model>,
+    symmetry: Option<&Symmetry>,
+) -> Result<Weights> {
+    let given = start.map(|start| Weights::new(graph, start::fitted(&config.model, start))).transpose()?;
+    match (given, symmetry) {
+        (Some(given), Some(symmetry)) => symmetry.expect(graph, given),
+        (Some(given), None) => Ok(given),
+        (None, Some(symmetry)) => symmetry.of_random(graph, &Weights::init(graph, config.seed)),
+        (None, None) => Ok(Weights::init(graph, config.seed)),
     }
 }
 
