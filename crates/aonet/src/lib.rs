@@ -1,5 +1,5 @@
-//! Ambient occlusion learned from traced rays in screen space: a small neural network maps a frame's
-//! normals and depth ([`GBuffer`]) to visibility ([`AoImage`]) in one frame.
+//! Screen-space ambient occlusion by a small neural network, trained on ray-traced references: it maps the normals and depth of one
+//! frame ([`GBuffer`]) to visibility ([`AoImage`]).
 //!
 //! This crate is what ships inside a program: it knows no scene, no file path, no clock.
 

@@ -2,7 +2,7 @@
 //! fails.
 
 use aonet::AoImage;
-use aonet::gpu::Device;
+use aonet::gpu::{Device, wgpu};
 use aonet::net::shipped;
 use aonet::search::Classic;
 use aonet_lab::ao_file::load_ao;
@@ -243,4 +243,38 @@ fn without_a_driver_the_message_says_what_to_install() {
         assert!(stderr.contains(word), "{stderr}");
     }
     assert!(!desk.path().join("ao.exr").exists());
+}
+
+/// A driver that computes on the CPU takes its memory from the process, so a limit of the process is one of the device.
+#[test]
+#[cfg(target_os = "linux")]
+fn a_device_without_enough_memory_is_an_error() {
+    let of_the_cpu = |device: Device| device.adapter.device_type == wgpu::DeviceType::Cpu;
+    let on_the_cpu = has_device() && Device::wait_for().is_ok_and(of_the_cpu);
+    if !on_the_cpu {
+        return eprintln!("skipped: the device has memory of its own");
+    }
+    let dir = tempfile::tempdir().unwrap();
+    let view = VIEW.replace("\"width\":97,\"height\":61", "\"width\":1600,\"height\":1200");
+    std::fs::write(dir.path().join("view.json"), view).unwrap();
+    ok(dir.path(), "render procedural:clutter_pile:5 --view view.json --ground -o frame.exr");
+    let mut refusals = Vec::new();
+    for mebibytes in (400..4000).step_by(40) {
+        let script = format!("ulimit -c 0; ulimit -v {}; exec \"$@\"", mebibytes << 10);
+        let mut command = Command::new("sh");
+        command.current_dir(dir.path()).args(["-c", &script, "sh", env!("CARGO_BIN_EXE_aonet")]);
+        command.args("infer frame.exr --model fast --device gpu -o ao.exr".split_whitespace());
+        let (code, said) = status(&command.output().unwrap());
+        assert!(!said.contains("panicked"), "{mebibytes} MiB: {said}");
+        match code {
+            Some(0) => break,
+            Some(2) => refusals.push(said),
+            // The loader of programs, the driver or Rust's allocator got no memory and ended the process.
+            _ => {}
+        }
+        assert!(!dir.path().join("ao.exr").exists(), "{mebibytes} MiB: an image without success");
+    }
+    assert!(dir.path().join("ao.exr").exists(), "enough memory is enough");
+    let of_the_device = |said: &&String| said.contains("enough memory") && said.contains("Out of Memory");
+    assert!(refusals.iter().any(|said| of_the_device(&said)), "{refusals:#?}");
 }

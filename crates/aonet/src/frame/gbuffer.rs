@@ -145,8 +145,8 @@ impl<'a> GBuffer<'a> {
         &self.normal
     }
 
-    /// What lies behind, where it is known. [`Classic::Arcs`](crate::search::Classic::Arcs) and
-    /// [`Classic::Vbao`](crate::search::Classic::Vbao) read it.
+    /// The second layer, if the frame has one. [`Classic::Arcs`](crate::search::Classic::Arcs),
+    /// [`Classic::Vbao`](crate::search::Classic::Vbao) and the networks `balanced` and `high` read it.
     pub fn second(&self) -> Option<&SecondLayer<'a>> {
         self.second.as_ref()
     }

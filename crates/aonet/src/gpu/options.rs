@@ -13,7 +13,7 @@ pub enum Precision {
     /// 32-bit floats, everywhere.
     F32,
     /// 16-bit floats where the device has `SHADER_F16` and the features of the network fit, else 32-bit ones. Long sums
-    /// are added up in 32 bits. A session reports what it came to.
+    /// are added up in 32 bits. A session reports the precision that it uses.
     #[default]
     F16,
 }
@@ -27,8 +27,8 @@ pub enum Kernels {
     /// Filters are read once a subgroup where the device has `SUBGROUP`, else as [`Kernels::Plain`]. Which of the two is faster
     /// depends on the device: `aonet bench --device gpu` measures both. On an H100 this takes twice as long.
     Subgroups,
-    /// As products of matrices where the precision comes to half floats, and the device was made with the features that
-    /// these need; else as [`Kernels::Plain`].
+    /// As products of matrices if the precision is [`Precision::F16`] and the device was made with the features that these need; else as
+    /// [`Kernels::Plain`].
     Matrices(Matrices),
 }
 
@@ -41,8 +41,7 @@ impl Precision {
         }
     }
 
-    /// What it comes to for a network that sees these features: positions and depths in world units may be anything, and do
-    /// not fit in 16 bits.
+    /// The precision for a network that reads these features: 32 bits for positions and depths in world units, which may not fit in 16.
     pub(crate) fn of(self, features: &Features) -> Self {
         let fits = features.channels().iter().all(|channel| match channel {
             Channel::Normal(_) | Channel::NormalEncoded(_) => true,
@@ -65,7 +64,7 @@ impl DepthEncoding {
 }
 
 impl Kernels {
-    /// What they come to where the precision comes to this: products of matrices are of half floats.
+    /// The kernels in this precision: products of matrices are of half floats.
     pub(crate) fn of(self, precision: Precision) -> Self {
         match self {
             Self::Matrices(_) if precision != Precision::F16 => Self::Plain,

@@ -24,7 +24,7 @@ filtered_params! {
         steps: u32 = 6 in 1..=64,
         /// The radius of the search, as a factor on the AO radius: makes up for the attenuation.
         radius_scale: f32 = 1.4 in 0.1..=4.0,
-        /// How much an occluder loses with its squared distance: 1 to nothing at the radius of the search, 0 nothing at all.
+        /// How much occluders fade with their squared distance: 1 fades them out at the radius of the search, 0 turns it off.
         attenuation: f32 = 0.8 in 0.0..=1.0,
         /// Occluders lower than so many degrees above the tangent plane do not count: hides coarse meshes.
         angle_bias: f32 = 3.0 in 0.0..=60.0,

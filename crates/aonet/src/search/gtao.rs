@@ -26,8 +26,8 @@ filtered_params! {
         falloff: f32 = 0.615 in 0.0..=1.0,
         /// Exponent of the taps' spacing: above 1, more of them lie near the pixel.
         distribution: f32 = 2.0 in 1.0..=4.0,
-        /// How much farther an occluder counts that lies in front, as a factor on its depth difference minus one: less
-        /// darkness behind thin things.
+        /// Stretches depth differences by 1 plus this before the fall-off: above 0, thin things darken less of what is behind
+        /// them.
         thin_occluder: f32 = 0.0 in 0.0..=4.0,
         /// Exponent on the visibility.
         power: f32 = 2.2 in 0.2..=4.0,

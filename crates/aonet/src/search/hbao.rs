@@ -24,7 +24,7 @@ filtered_params! {
         radius_scale: f32 = 1.0 in 0.1..=4.0,
         /// Occluders lower than so many degrees above the tangent plane do not count: hides coarse meshes.
         angle_bias: f32 = 30.0 in 0.0..=60.0,
-        /// How much occluders lose with their squared distance: 1 to nothing at the radius, 0 nothing at all.
+        /// How much occluders fade with their squared distance: 1 fades them out at the radius, 0 turns it off.
         attenuation: f32 = 1.0 in 0.0..=1.0,
         /// Exponent of the taps' spacing: above 1, more of them lie near the pixel.
         distribution: f32 = 1.0 in 1.0..=4.0,

@@ -1,4 +1,4 @@
-//! Screen-space ambient occlusion by hand: the methods that networks have to beat.
+//! Classic methods of screen-space ambient occlusion: what networks have to beat.
 //!
 //! All take the same frame and the same AO radius as the networks. Each has a plain params struct whose defaults are
 //! those of its source; [`Classic`] names them and sets them by name. A [`Session`] runs one at one size, with threads

@@ -98,7 +98,7 @@ impl Session {
         Self::of_planes(1, method, window.into(), options)
     }
 
-    /// [`Session::new`] for [`Session::run_with_bent_normals`]; it has four times the memory.
+    /// [`Session::new`] for [`Session::run_with_bent_normals`]; it needs four times the memory.
     ///
     /// # Errors
     /// As [`Session::new`]; also when the method has no bent normals: only GTAO and attenuated GTAO have.

@@ -1,16 +1,17 @@
-//! Shares of a pixel's cosine-weighted light, by what a search knows of it.
+//! Shares of a pixel's cosine-weighted light, by how a search classifies it.
 
 use crate::frame::gbuffer::GBuffer;
 use crate::frame::size::Size;
 
-/// Up to how far behind an occluder light is hidden by less than this (share of the AO radius); the last is beyond the radius.
+/// Upper bounds of the hidden shares: how far behind an occluder light passes, as a share of the AO radius. The last bound lies beyond
+/// the radius.
 pub const GAPS: [f32; 3] = [0.1, 0.3, 4.0];
-/// Number of shares: hit, hidden by less than each of [`GAPS`] but not by less than the one before, and off. The rest is open.
+/// Number of shares: hit, one hidden share for each of [`GAPS`], and off. The rest is open.
 pub const SHARES: usize = GAPS.len() + 2;
 /// What a search that reports shares writes for a pixel: the visibility, then the shares.
 pub(crate) const PLANES: usize = SHARES + 1;
 
-/// What becomes of light that comes to a pixel from within the AO radius, as far as a G-buffer shows.
+/// How a search classifies the light that comes to a pixel from within the AO radius, by what the G-buffer shows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Share {
     /// It meets nothing, and passes behind nothing that is seen within the AO radius. What lies behind a thing that stands farther in

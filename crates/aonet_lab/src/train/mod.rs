@@ -21,9 +21,9 @@ mod ssim;
 mod start;
 mod step;
 mod survey;
-mod symmetry;
 #[cfg(test)]
 mod tests;
+mod ties;
 #[cfg(test)]
 mod timings;
 mod validate;
@@ -49,7 +49,7 @@ use net::Kernels;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 use step::Stepper;
-use symmetry::Symmetry;
+use ties::Ties;
 
 /// Device of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -127,7 +127,8 @@ pub fn train_on(
     let graph = Graph::new(&config.model)?;
     let device = device_of(run.device)?;
     let loss = loss_of(config, run, (&device, kernels_of(run.device)), events)?;
-    let course = Course { config, frames: frames.load(config, events)?, run, events, started };
+    let ties = config.symmetric.then(|| Ties::of(&config.model, &graph));
+    let course = Course { config, frames: frames.load(config, events)?, run, ties, events, started };
     let workers = workers_of(run.device);
     let stepper = Stepper {
         graph: &graph,
@@ -138,17 +139,16 @@ pub fn train_on(
         leak: step::LEAK,
     };
     let checkpoint = run.dir.join(CHECKPOINT);
-    let symmetry = config.symmetric.then(|| Symmetry::of(&config.model, &graph));
     let mut state = match checkpoint.exists() {
         true => State::load(&checkpoint, &graph)?,
-        false => State::new(first_weights(config, &graph, run.start.as_ref(), symmetry.as_ref())?),
+        false => State::new(course.first_weights(&graph)?),
     };
     if workers.is_empty() {
         course.compare_with_the_cpu(&stepper, &state.weights)?;
     }
     let mut log = Log::open(&run.dir, state.moments.step)?;
     while state.moments.step < config.steps {
-        course.step(&stepper, symmetry.as_ref(), &mut state, &mut log)?;
+        course.step(&stepper, &mut state, &mut log)?;
         let (step, last) = (state.moments.step, state.moments.step == config.steps);
         if step.is_multiple_of(config.validate_every) || last {
             course.validate(&mut state, &mut log)?;
@@ -173,6 +173,8 @@ struct Course<'a> {
     config: &'a TrainConfig,
     frames: &'a Loaded,
     run: &'a TrainRun,
+    /// Of a symmetric network.
+    ties: Option<Ties>,
     events: TrainEvents<'a>,
     started: Instant,
 }
@@ -189,13 +191,20 @@ impl Course<'_> {
         agreement::check(stepper, &cpu, weights, &crops)
     }
 
-    fn step(
-        &self,
-        stepper: &Stepper,
-        symmetry: Option<&Symmetry>,
-        state: &mut State,
-        log: &mut Log,
-    ) -> Result<()> {
+    fn first_weights(&self, graph: &Graph) -> Result<Weights> {
+        let config = self.config;
+        let start = self.run.start.as_ref();
+        let given =
+            start.map(|start| Weights::new(graph, start::fitted(&config.model, start))).transpose()?;
+        match (given, &self.ties) {
+            (Some(given), Some(ties)) => ties.expect(graph, given),
+            (Some(given), None) => Ok(given),
+            (None, Some(ties)) => ties.of_random(graph, &Weights::init(graph, config.seed)),
+            (None, None) => Ok(Weights::init(graph, config.seed)),
+        }
+    }
+
+    fn step(&self, stepper: &Stepper, state: &mut State, log: &mut Log) -> Result<()> {
         let (config, step) = (self.config, state.moments.step);
         let draw = |i| samples::draw(&self.frames.samples, config, step, i);
         let crops: Vec<_> = (0..config.batch).map(draw).collect();
@@ -205,8 +214,8 @@ impl Course<'_> {
         if !losses.total.is_finite() {
             return Err(Error::request(format!("loss at step {step}"), "a finite number", losses.total));
         }
-        if let Some(symmetry) = symmetry {
-            symmetry.tie(&mut gradients);
+        if let Some(ties) = &self.ties {
+            ties.tie(&mut gradients);
         }
         let tensors = state.moments.update(&state.weights, &gradients, (config.optimizer, rate));
         state.take(Weights::new(stepper.graph, tensors)?, config.average);
@@ -241,21 +250,6 @@ impl Course<'_> {
             validation,
             ..self.run.facts.clone()
         }
-    }
-}
-
-fn first_weights(
-    config: &TrainConfig,
-    graph: &Graph,
-    start: Option<&Model>,
-    symmetry: Option<&Symmetry>,
-) -> Result<Weights> {
-    let given = start.map(|start| Weights::new(graph, start::fitted(&config.model, start))).transpose()?;
-    match (given, symmetry) {
-        (Some(given), Some(symmetry)) => symmetry.expect(graph, given),
-        (Some(given), None) => Ok(given),
-        (None, Some(symmetry)) => symmetry.of_random(graph, &Weights::init(graph, config.seed)),
-        (None, None) => Ok(Weights::init(graph, config.seed)),
     }
 }
 

@@ -24,6 +24,7 @@ pub fn scoped<T>(device: &wgpu::Device, what: &str, make: impl FnOnce() -> Resul
         }
     }
     match found {
+        Some(error @ wgpu::Error::OutOfMemory { .. }) => Err(Error::device(what, "enough memory", error)),
         Some(error) => Err(Error::device(what, "what the device accepts", error)),
         None => made,
     }

@@ -60,8 +60,8 @@ const OPTIONS: Options = Options {
 const BENT: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
 
 impl Offscreen {
-    /// A session for pictures with a guard band or without, with its own textures. It multiplies matrices where `precision`
-    /// comes to half floats and the device says how.
+    /// A session for pictures with a guard band or without, with its own textures. It multiplies matrices where the
+    /// session computes in half floats and the device supports such products.
     ///
     /// # Errors
     /// As [`Session::new`].

@@ -89,8 +89,8 @@ impl Options {
 }
 
 impl Precision {
-    /// What it comes to on a device for a network that sees these features: positions and depths in world units may be
-    /// anything, and do not fit in 16 bits.
+    /// The precision that a session uses on this device: [`Precision::F32`] if the device lacks `SHADER_F16`, or if the network reads
+    /// positions or depths in world units, which may not fit in 16 bits.
     pub fn on(self, device: &wgpu::Device, features: &Features) -> Self {
         match device.features().contains(wgpu::Features::SHADER_F16) {
             true => self.of(features),
@@ -100,7 +100,7 @@ impl Precision {
 }
 
 impl Kernels {
-    /// What they come to on a device, for what the precision comes to there.
+    /// The kernels that a session uses on this device in this precision: matrices need [`Precision::F16`].
     pub fn on(self, device: &wgpu::Device, precision: Precision) -> Self {
         let has = |features| device.features().contains(features);
         let there = match self {

@@ -45,7 +45,7 @@ pub enum Channel {
     HorizonOcclusion,
     /// A share of light that the network's search reports; 0 on the background. The open share, the rest, is no channel.
     Light(Share),
-    /// 1 everywhere if the frame has a second layer, else 0: hidden light means less where one was looked behind.
+    /// 1 everywhere if the frame has a second layer, else 0: then the search has looked behind the first layer already.
     SecondLayer,
 }
 

@@ -89,8 +89,8 @@ pub struct ModelConfig {
     /// The search that runs before the network, for the channels that show one, [`Output::Correction`] and [`Output::Shares`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub search: Option<SearchConfig>,
-    /// Connected arcs from one pixel of every patch, whose shares of light the first convolution sees beside the features: what a search
-    /// costs at the resolution that the network computes at. [`Arch::AoNet`] only, and without a filter.
+    /// Connected arcs from one pixel of every patch, whose shares of light the first convolution sees beside the features: a search at
+    /// the network's own resolution, and so a cheap one. [`Arch::AoNet`] only, and without a filter.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub survey: Option<ArcsParams>,
     /// Channels of each encoder level, finest first; each level halves the resolution of the one before.

@@ -16,13 +16,13 @@ use std::collections::BTreeMap;
 type Mirrored = Vec<(usize, f32)>;
 
 /// Which weights are tied, by parameter name.
-pub(super) struct Symmetry(BTreeMap<String, Mirrored>);
+pub(super) struct Ties(BTreeMap<String, Mirrored>);
 
-impl Symmetry {
+impl Ties {
     /// The ties of a network that [`TrainConfig::checked`](super::TrainConfig::checked) lets be symmetric.
     pub(super) fn of(config: &ModelConfig, graph: &Graph) -> Self {
         let mut values: Vec<Mirrored> = Vec::new();
-        let mut ties = BTreeMap::new();
+        let mut partners = BTreeMap::new();
         for node in graph.nodes() {
             let mirrored = match &node.op {
                 Op::Input { features, .. } => {
@@ -42,8 +42,8 @@ impl Symmetry {
                             partitioned(&unchanged(planes), config.patch)
                         }
                     };
-                    ties.insert(format!("{name}.weight"), of_filters(&outputs, &values[*input], *size));
-                    ties.insert(format!("{name}.bias"), outputs.clone());
+                    partners.insert(format!("{name}.weight"), of_filters(&outputs, &values[*input], *size));
+                    partners.insert(format!("{name}.bias"), outputs.clone());
                     outputs
                 }
                 Op::AvgPool2 { input } | Op::Upsample2 { input } => values[*input].clone(),
@@ -56,7 +56,7 @@ impl Symmetry {
             };
             values.push(mirrored);
         }
-        Self(ties)
+        Self(partners)
     }
 
     /// Random weights, symmetric and as widely spread as they were.
@@ -129,8 +129,8 @@ fn of_filters(outputs: &Mirrored, inputs: &Mirrored, size: usize) -> Mirrored {
     places
 }
 
-fn mean_of_tied(values: &[f32], ties: &Mirrored) -> Vec<f32> {
-    values.iter().zip(ties).map(|(value, (place, sign))| 0.5 * (value + sign * values[*place])).collect()
+fn mean_of_tied(values: &[f32], partners: &Mirrored) -> Vec<f32> {
+    values.iter().zip(partners).map(|(value, (place, sign))| 0.5 * (value + sign * values[*place])).collect()
 }
 
 #[cfg(test)]
@@ -147,7 +147,7 @@ mod tests {
     /// Tied weights, changed at one place if `broken`.
     fn model(config: &ModelConfig, broken: bool) -> Model {
         let graph = Graph::new(config).unwrap();
-        let tied = Symmetry::of(config, &graph).of_random(&graph, &Weights::init(&graph, 3)).unwrap();
+        let tied = Ties::of(config, &graph).of_random(&graph, &Weights::init(&graph, 3)).unwrap();
         let mut tensors = tied.tensors().clone();
         if broken {
             tensors.get_mut("dec0.conv1.weight").unwrap().values[11] += 0.3;
@@ -224,7 +224,7 @@ mod tests {
         }
         // Position x changes its sign as well; the mirror above knows one channel.
         let graph = Graph::new(&plain).unwrap();
-        let ties = &Symmetry::of(&plain, &graph).0["enc0.conv0.weight"];
+        let ties = &Ties::of(&plain, &graph).0["enc0.conv0.weight"];
         let signs: Vec<f32> = (0..6).map(|input| ties[input * 9].1).collect();
         assert_eq!(signs, [-1.0, 1.0, 1.0, -1.0, 1.0, 1.0]);
     }
@@ -238,8 +238,8 @@ mod tests {
         train(&config, &manifest, &run, &|_| ()).unwrap();
         let trained = Model::from_bytes(&std::fs::read(run.dir.join("last.safetensors")).unwrap()).unwrap();
         let graph = Graph::new(&config.model).unwrap();
-        let symmetry = Symmetry::of(&config.model, &graph);
-        symmetry.expect(&graph, trained.weights().clone()).unwrap();
+        let ties = Ties::of(&config.model, &graph);
+        ties.expect(&graph, trained.weights().clone()).unwrap();
 
         let other = crate::train::TrainRun {
             start: Some(model(&config.model, true)),
