@@ -326,6 +326,7 @@ mod tests {
             (augment(Augment { without_margin: -0.5, ..Augment::default() }), "without_margin"),
             (augment(Augment { without_second: f64::NAN, ..Augment::default() }), "without_second"),
             (TrainConfig { batch: 0, ..ms_ssim(0.0, 256) }, "batch"),
+            (TrainConfig { symmetric: true, ..ms_ssim(0.0, 256) }, "training symmetric"),
             (ms_ssim(0.0, 100), "crop"),
             (ms_ssim(0.84, 160), "at least 176"),
             (ms_ssim(-0.84, 256), "weights >= 0"),
