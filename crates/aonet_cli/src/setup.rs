@@ -204,18 +204,20 @@ pub(crate) fn middle_depth(surface: &Surface) -> f32 {
     depths.get(depths.len() / 2).copied().unwrap_or(1.0)
 }
 
-/// The network of a file or with the name of a shipped one; a file of that name goes first. Without either, `balanced`. After a colon
-/// stand slices and taps of its connected arcs, if they are to be others: `high:4x16`.
+/// The network of a file or with the name of a shipped one; a file of that name goes first. Without either, `balanced`. [`Taps`] may
+/// follow.
 pub(crate) fn model(of: Option<&Path>) -> Result<Model> {
     let Some(path) = of else { return Model::from_bytes(shipped::BALANCED).context("the shipped network") };
-    let (path, taps) = split_taps(path);
-    let model = model_of(path)?;
-    match taps {
-        Some([slices, taps]) => {
-            model.with_taps(slices, taps).with_context(|| format!("{}:{slices}x{taps}", path.display()))
-        }
-        None => Ok(model),
+    let (path, taps) = Taps::after(path);
+    let mut model = model_of(path)?;
+    let place = || format!("{}{taps}", path.display());
+    if let Some([slices, taps]) = taps.search {
+        model = model.with_taps(slices, taps).with_context(place)?;
     }
+    if let Some([slices, taps]) = taps.survey {
+        model = model.with_survey_taps(slices, taps).with_context(place)?;
+    }
+    Ok(model)
 }
 
 fn model_of(path: &Path) -> Result<Model> {
@@ -229,14 +231,45 @@ fn model_of(path: &Path) -> Result<Model> {
     Ok(Model::from_bytes(&bytes).map_err(Error::in_file(path))?)
 }
 
-/// A network's name, and the slices and taps after it. The name is all of it if there is a file of that name.
-fn split_taps<'a>(path: &'a Path) -> (&'a Path, Option<[u32; 2]>) {
-    let split = |text: &'a str| {
-        let (name, taps) = text.rsplit_once(':')?;
-        let (slices, taps) = taps.split_once('x')?;
-        Some((Path::new(name), Some([slices.parse().ok()?, taps.parse().ok()?])))
-    };
-    path.to_str().filter(|_| !path.is_file()).and_then(split).unwrap_or((path, None))
+/// Slices and taps that follow a network's name: `:4x8` for its search, `:survey=2x24` for its survey, or both.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+struct Taps {
+    search: Option<[u32; 2]>,
+    survey: Option<[u32; 2]>,
+}
+
+impl Taps {
+    /// The network's name, and what follows it. The name is all of it if there is a file of that name.
+    fn after(path: &Path) -> (&Path, Self) {
+        let mut taps = Self::default();
+        let Some(mut name) = path.to_str().filter(|_| !path.is_file()) else { return (path, taps) };
+        while let Some((before, part)) = name.rsplit_once(':') {
+            let (place, numbers) = match part.strip_prefix("survey=") {
+                Some(numbers) => (&mut taps.survey, numbers),
+                None => (&mut taps.search, part),
+            };
+            let number = |text: &str| text.parse().ok();
+            let Some([Some(slices), Some(steps)]) =
+                numbers.split_once('x').map(|(slices, steps)| [number(slices), number(steps)])
+            else {
+                break;
+            };
+            *place = Some([slices, steps]);
+            name = before;
+        }
+        (Path::new(name), taps)
+    }
+}
+
+impl std::fmt::Display for Taps {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        for (name, taps) in [("", self.search), ("survey=", self.survey)] {
+            if let Some([slices, taps]) = taps {
+                write!(f, ":{name}{slices}x{taps}")?;
+            }
+        }
+        Ok(())
+    }
 }
 
 /// What else a network can be, beside a file that cannot be read.
@@ -260,12 +293,8 @@ pub(crate) fn untrained(path: &Path) -> Result<Model> {
 
 /// The name of a model file in tables: the file's name without extension, and its slices and taps if they are given.
 pub(crate) fn name_of(path: &Path) -> String {
-    let (path, taps) = split_taps(path);
-    let name = path.file_stem().unwrap_or_default().to_string_lossy();
-    match taps {
-        Some([slices, taps]) => format!("{name}:{slices}x{taps}"),
-        None => name.into_owned(),
-    }
+    let (path, taps) = Taps::after(path);
+    format!("{}{taps}", path.file_stem().unwrap_or_default().to_string_lossy())
 }
 
 /// Traces the reference with a progress bar.
@@ -349,26 +378,39 @@ mod tests {
 
     #[test]
     fn slices_and_taps_follow_a_colon() {
-        let split = |text: &'static str| split_taps(Path::new(text));
-        assert_eq!(split("high:4x16"), (Path::new("high"), Some([4, 16])));
-        assert_eq!(
-            split("C:/runs/best.safetensors:2x8"),
-            (Path::new("C:/runs/best.safetensors"), Some([2, 8]))
-        );
-        for whole in ["high", "C:/runs/best.safetensors", "high:4", "high:4x", "high:ax16", ":"] {
-            assert_eq!(split(whole), (Path::new(whole), None), "{whole}");
+        let search = |search| Taps { search: Some(search), survey: None };
+        let both = Taps { search: Some([4, 8]), survey: Some([2, 24]) };
+        for (text, name, taps) in [
+            ("high:4x16", "high", search([4, 16])),
+            ("C:/runs/best.safetensors:2x8", "C:/runs/best.safetensors", search([2, 8])),
+            ("balanced:survey=2x24", "balanced", Taps { search: None, ..both }),
+            ("balanced:4x8:survey=2x24", "balanced", both),
+            ("balanced:survey=2x24:4x8", "balanced", both),
+        ] {
+            assert_eq!(Taps::after(Path::new(text)), (Path::new(name), taps), "{text}");
+        }
+        for whole in
+            ["high", "C:/runs/best.safetensors", "high:4", "high:4x", "high:ax16", "high:survey=4", ":"]
+        {
+            assert_eq!(Taps::after(Path::new(whole)), (Path::new(whole), Taps::default()), "{whole}");
         }
         assert_eq!(name_of(Path::new("runs/best.safetensors:4x16")), "best:4x16");
+        assert_eq!(name_of(Path::new("balanced:survey=2x24:4x8")), "balanced:4x8:survey=2x24");
         assert_eq!(name_of(Path::new("runs/best.safetensors")), "best");
     }
 
     #[test]
     fn taps_that_a_network_cannot_have_are_named() {
         let of = |name: &str| model(Some(Path::new(name))).map(|model| model.config().clone());
-        assert_eq!(of("balanced:3x24").unwrap().survey.unwrap().steps, 24);
-        for (name, part) in
-            [("fast:4x16", "connected arcs"), ("balanced:0x16", "slices"), ("absent:4x16", "absent")]
-        {
+        assert_eq!(of("balanced:survey=3x24").unwrap().survey.unwrap().steps, 24);
+        assert_eq!(of("balanced:4x8").unwrap().survey, of("balanced").unwrap().survey);
+        assert_ne!(of("balanced:4x8").unwrap().search, of("balanced").unwrap().search);
+        for (name, part) in [
+            ("paper:4x16", "with a search"),
+            ("fast:survey=4x16", "with a survey"),
+            ("balanced:0x16", "slices"),
+            ("absent:4x16", "absent"),
+        ] {
             let error = format!("{:#}", of(name).unwrap_err());
             assert!(error.contains(part), "{name}: {error}");
         }

@@ -4,7 +4,7 @@ use crate::error::{Error, Result};
 use crate::net::config::{ModelConfig, SearchConfig};
 use crate::net::graph::Graph;
 use crate::net::weights::{Tensor, Weights};
-use crate::search::ArcsParams;
+use crate::search::{AgtaoParams, ArcsParams};
 use half::f16;
 use safetensors::tensor::{Dtype, SafeTensors, TensorView};
 use serde::{Deserialize, Serialize};
@@ -175,17 +175,33 @@ impl Model {
         Ok(self)
     }
 
-    /// The same network on connected arcs of so many slices, with so many taps on each side of a slice: its survey's, or its search's.
-    /// More slices have less noise, more taps find thinner occluders, and both cost time. The network was trained with its own numbers.
+    /// The same network with a search of so many slices, with so many taps on each side of a slice. More slices have less noise, more
+    /// taps find thinner occluders, and both cost time. The network was trained with its own numbers.
     ///
     /// # Errors
-    /// When the network has no connected arcs, or a number is out of range (1 to 64).
+    /// When the network has no search, or a number is out of range (1 to 64).
     pub fn with_taps(mut self, slices: u32, taps: u32) -> Result<Self> {
-        let arcs = match (&mut self.config.survey, &mut self.config.search) {
-            (Some(arcs), _) | (None, Some(SearchConfig::Arcs(arcs))) => arcs,
-            _ => return Err(Error::config("network", "one with connected arcs", "one without")),
-        };
-        *arcs = ArcsParams { slices, steps: taps, ..*arcs };
+        match &mut self.config.search {
+            Some(SearchConfig::Agtao(search)) => *search = AgtaoParams { slices, steps: taps, ..*search },
+            Some(SearchConfig::Arcs(search)) => *search = ArcsParams { slices, steps: taps, ..*search },
+            None => return Err(Error::config("network", "one with a search", "one without")),
+        }
+        self.checked()
+    }
+
+    /// The same network with a survey of so many slices and taps: see [`Model::with_taps`].
+    ///
+    /// # Errors
+    /// When the network has no survey, or a number is out of range (1 to 64).
+    pub fn with_survey_taps(mut self, slices: u32, taps: u32) -> Result<Self> {
+        let survey = self.config.survey.as_mut();
+        let survey = survey.ok_or_else(|| Error::config("network", "one with a survey", "one without"))?;
+        *survey = ArcsParams { slices, steps: taps, ..*survey };
+        self.checked()
+    }
+
+    /// The network after a change of its configuration that its weights do not depend on.
+    fn checked(mut self) -> Result<Self> {
         self.config = self.config.checked()?;
         self.graph = Graph::new(&self.config)?;
         Ok(self)
@@ -252,21 +268,28 @@ mod tests {
     }
 
     #[test]
-    fn taps_are_those_of_the_survey_or_the_search() {
+    fn taps_are_those_of_the_search_or_the_survey() {
         let of = |config: ModelConfig| {
             let weights = Weights::init(&Graph::new(&config).unwrap(), 7);
             Model::new(config, weights, TrainingFacts::default()).unwrap()
         };
-        let surveying = of(ModelConfig::balanced()).with_taps(5, 24).unwrap();
+        let balanced = ModelConfig::balanced();
+        let searching = of(balanced.clone()).with_taps(4, 8).unwrap();
+        let Some(SearchConfig::Agtao(search)) = searching.config().search else { panic!("a horizon search") };
+        assert_eq!((search.slices, search.steps), (4, 8));
+        assert_eq!(searching.config().survey, balanced.survey);
+        let surveying = of(balanced.clone()).with_survey_taps(5, 24).unwrap();
         let survey = surveying.config().survey.unwrap();
         assert_eq!((survey.slices, survey.steps), (5, 24));
-        assert_eq!(surveying.config().search, ModelConfig::balanced().search);
+        assert_eq!(surveying.config().search, balanced.search);
         let arcs = Some(SearchConfig::Arcs(ArcsParams::default()));
         let searching = of(ModelConfig { search: arcs, ..ModelConfig::correcting() });
         let arcs = SearchConfig::Arcs(ArcsParams { slices: 6, steps: 10, ..ArcsParams::default() });
         assert_eq!(searching.with_taps(6, 10).unwrap().config().search, Some(arcs));
-        assert!(model().with_taps(4, 16).unwrap_err().to_string().contains("connected arcs"));
-        let error = of(ModelConfig::balanced()).with_taps(0, 16).unwrap_err().to_string();
+        let paper = || of(ModelConfig::paper());
+        assert!(paper().with_taps(4, 16).unwrap_err().to_string().contains("with a search"));
+        assert!(model().with_survey_taps(4, 16).unwrap_err().to_string().contains("with a survey"));
+        let error = of(balanced).with_taps(0, 16).unwrap_err().to_string();
         assert!(error.contains("slices") && error.contains('0'), "{error}");
     }
 

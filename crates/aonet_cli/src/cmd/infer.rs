@@ -24,7 +24,8 @@ use std::time::Instant;
 pub(crate) struct Args {
     #[command(flatten)]
     frame: FrameArgs,
-    /// Network: fast, balanced, high (best), paper, or a file. high:6x16 asks for 6 slices of 16 taps a side in its connected arcs.
+    /// Network: fast, balanced, high (best), paper, or a file. balanced:4x8 asks for 4 slices of 8 taps a side in its search,
+    /// balanced:survey=2x24 for others in its survey.
     #[arg(long, value_name = "MODEL", default_value = "balanced")]
     model: PathBuf,
     /// Precision [default: on the CPU bf16 where the machine has it, on a GPU f16, else f32].
