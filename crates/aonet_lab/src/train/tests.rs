@@ -47,7 +47,8 @@ fn model(config: ModelConfig, seed: u64) -> Model {
     Model::new(config, Weights::new(&graph, tensors).unwrap(), TrainingFacts::default()).unwrap()
 }
 
-fn features(channels: usize, (height, width): (usize, usize)) -> Planes {
+/// Random values in [-1, 1].
+pub(super) fn features(channels: usize, (height, width): (usize, usize)) -> Planes {
     let mut random = noise(5);
     let values: Vec<f32> = (0..channels * height * width).map(|_| random()).collect();
     Planes { channels, height, width, values }

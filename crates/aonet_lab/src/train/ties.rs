@@ -137,7 +137,7 @@ fn mean_of_tied(values: &[f32], partners: &Mirrored) -> Vec<f32> {
 mod tests {
     use super::*;
     use crate::train::TrainConfig;
-    use crate::train::tests::{tiny_config, tiny_dataset, tiny_run};
+    use crate::train::tests::{features, tiny_config, tiny_dataset, tiny_run};
     use crate::train::train;
     use aonet::internals::graph::SURVEYED;
     use aonet::internals::naive::{self, Inputs, Planes};
@@ -156,13 +156,6 @@ mod tests {
         Model::new(config.clone(), weights, TrainingFacts::default()).unwrap()
     }
 
-    fn noise((channels, side): (usize, usize), seed: usize) -> Planes {
-        Planes::from_fn((channels, side, side), |c, y, x| {
-            let n = (c * 7919 + y * 131 + x + seed).wrapping_mul(2_654_435_761) >> 7;
-            (n % 1000) as f32 / 1000.0
-        })
-    }
-
     fn mirror(planes: &Planes, negated: Option<usize>) -> Planes {
         let Planes { channels, height, width, ref values } = *planes;
         Planes::from_fn((channels, height, width), |c, y, x| {
@@ -174,17 +167,17 @@ mod tests {
     /// Largest difference between the mirrored image and the image of the mirrored frame, and the image's range.
     fn asymmetry(config: &ModelConfig, broken: bool) -> (f32, f32) {
         let model = model(config, broken);
-        let features = noise((config.features.channels().len(), 64), 1);
-        let search = config.search.map(|search| noise((search.planes(), 64), 2));
-        let survey = config.survey.map(|_| noise((SURVEYED, 64 / config.patch), 3));
+        let seen = features(config.features.channels().len(), (64, 64));
+        let search = config.search.map(|search| features(search.planes(), (64, 64)));
+        let survey = config.survey.map(|_| features(SURVEYED, (64 / config.patch, 64 / config.patch)));
         let image = naive::evaluate(
             &model,
-            &Inputs { features: features.clone(), search: search.clone(), survey: survey.clone() },
+            &Inputs { features: seen.clone(), search: search.clone(), survey: survey.clone() },
         );
         let of_mirrored = naive::evaluate(
             &model,
             &Inputs {
-                features: mirror(&features, Some(0)),
+                features: mirror(&seen, Some(0)),
                 search: search.map(|planes| mirror(&planes, None)),
                 survey: survey.map(|planes| mirror(&planes, None)),
             },
