@@ -38,7 +38,8 @@ pub(crate) struct Args {
     /// NAME, or NAME-SEED for a seed that is not the configuration's own.
     #[arg(short, long)]
     pub(crate) output: PathBuf,
-    /// Start from the weights of this network rather than random ones: fast, balanced, high, paper, or a file.
+    /// Start from the weights of this network rather than random ones: fast, balanced, high, paper, or a file. Where the
+    /// new network has fewer channels, it keeps the strongest.
     #[arg(long, value_name = "MODEL", conflicts_with = "all")]
     pub(crate) from: Option<PathBuf>,
     /// VGG-19 weights for the perceptual term (safetensors, torchvision's names `features.0.weight` ...);

@@ -1,7 +1,7 @@
-//! Weights that a run starts from, for a network that sees or says more than theirs did.
+//! Weights that a run starts from, for a network that sees or says more than theirs did, or has fewer channels.
 
 use aonet::internals::weights::Tensor;
-use aonet::net::{Channel, Model, ModelConfig, Output, SearchConfig};
+use aonet::net::{Arch, Channel, Model, ModelConfig, Output, SearchConfig, Skips};
 use aonet::search::Share;
 use std::collections::BTreeMap;
 
@@ -21,9 +21,9 @@ enum Input {
 ///   this share.
 /// * What the survey said of a patch is now said of each of its pixels. So each has an equal part of that weight, too.
 ///
-/// Tensors that differ in any other way stay as they are.
+/// Convolutions that are narrower keep the strongest channels. Tensors that differ in any other way stay as they are.
 pub(super) fn fitted(config: &ModelConfig, start: &Model) -> BTreeMap<String, Tensor> {
-    let mut tensors = start.weights().tensors().clone();
+    let mut tensors = narrowed(config, start);
     let (before, after) = (inputs(start.config()), inputs(config));
     if start.config().patch == config.patch
         && before != after
@@ -49,6 +49,112 @@ pub(super) fn fitted(config: &ModelConfig, start: &Model) -> BTreeMap<String, Te
         }
     }
     tensors
+}
+
+/// The tensors of `start`, without the weakest channels of the convolutions that are narrower in `config`; as they are if the networks differ in
+/// more than their widths.
+// Li et al. 2017, Pruning Filters for Efficient ConvNets. A channel is as strong as the sum of its filter's absolute weights times that of all that
+// read it.
+fn narrowed(config: &ModelConfig, start: &Model) -> BTreeMap<String, Tensor> {
+    let tensors = start.weights().tensors();
+    let before = start.config();
+    let mut narrowed = tensors.clone();
+    let same_kind = before.arch == Arch::AoNet
+        && config.arch == Arch::AoNet
+        && before.skips == Skips::Concat
+        && config.skips == Skips::Concat
+        && before.encoder.len() == config.encoder.len();
+    if !same_kind {
+        return narrowed;
+    }
+    for Conv { name, readers, width } in convolutions(before, config) {
+        let (weight, bias) = (format!("{name}.weight"), format!("{name}.bias"));
+        let filters = &tensors[&weight];
+        if width >= filters.shape[0] {
+            continue;
+        }
+        let strength = |channel: usize| {
+            let read: f32 =
+                readers.iter().map(|(reader, first)| size(&tensors[reader], 1, first + channel)).sum();
+            size(filters, 0, channel) * read
+        };
+        let mut kept: Vec<usize> = (0..filters.shape[0]).collect();
+        kept.sort_by(|a, b| strength(*b).total_cmp(&strength(*a)));
+        kept.truncate(width);
+        kept.sort_unstable();
+        for name in [weight, bias] {
+            narrowed.entry(name).and_modify(|tensor| *tensor = picked(tensor, 0, &kept));
+        }
+        // What lies behind these channels in a reader's input is still as wide as before: readers are cut from the last channel on.
+        for (reader, first) in readers {
+            let tensor = &narrowed[&reader];
+            let last = first + filters.shape[0];
+            let inputs =
+                (0..first).chain(kept.iter().map(|channel| first + channel)).chain(last..tensor.shape[1]);
+            let cut = picked(tensor, 1, &inputs.collect::<Vec<_>>());
+            narrowed.insert(reader, cut);
+        }
+    }
+    narrowed
+}
+
+/// A convolution of 3x3 pixels.
+struct Conv {
+    name: String,
+    /// The weights that read its outputs, and the first channel there.
+    readers: Vec<(String, usize)>,
+    /// Its outputs in the new network.
+    width: usize,
+}
+
+/// The convolutions of a network and, in an order in which their outputs can be cut: what lies before these in a reader's input is not yet cut.
+fn convolutions(before: &ModelConfig, config: &ModelConfig) -> Vec<Conv> {
+    let coarsest = before.encoder.len() - 1;
+    let weight = |name: String| format!("{name}.weight");
+    let conv = |side: &str, level: usize, readers: Vec<(String, usize)>, width: usize| {
+        let [first, second] = [0, 1].map(|i| format!("{side}{level}.conv{i}"));
+        let inner = vec![(weight(second.clone()), 0)];
+        [Conv { name: first, readers: inner, width }, Conv { name: second, readers, width }]
+    };
+    // What follows an image at this level on the way up.
+    let above = |level: usize| match level {
+        0 => (weight("head".into()), 0),
+        _ => (weight(format!("dec{}.conv0", level - 1)), 0),
+    };
+    let encoders = (0..=coarsest).flat_map(|level| {
+        let readers = if level == coarsest {
+            vec![above(level)]
+        } else {
+            let risen = if level + 1 == coarsest {
+                before.encoder[coarsest]
+            } else {
+                before.decoder[coarsest - level - 2]
+            };
+            vec![(weight(format!("enc{}.conv0", level + 1)), 0), (weight(format!("dec{level}.conv0")), risen)]
+        };
+        conv("enc", level, readers, config.encoder[level])
+    });
+    let decoders = (0..coarsest)
+        .rev()
+        .flat_map(|level| conv("dec", level, vec![above(level)], config.decoder[coarsest - level - 1]));
+    encoders.chain(decoders).collect()
+}
+
+/// Sum of the absolute values at a place along an axis, 0 or 1.
+fn size(tensor: &Tensor, axis: usize, at: usize) -> f32 {
+    picked(tensor, axis, &[at]).values.iter().map(|value| value.abs()).sum()
+}
+
+/// The places along an axis, 0 or 1.
+fn picked(tensor: &Tensor, axis: usize, places: &[usize]) -> Tensor {
+    let mut shape = tensor.shape.clone();
+    let (groups, inner) =
+        (shape[..axis].iter().product::<usize>(), shape[axis + 1..].iter().product::<usize>());
+    let places = |group: usize| places.iter().map(move |place| (group * tensor.shape[axis] + place) * inner);
+    let starts = (0..groups).flat_map(places);
+    let values = starts.flat_map(|start| &tensor.values[start..start + inner]).copied().collect();
+    shape[axis] = places(0).count();
+    Tensor { shape, values }
 }
 
 /// The channels of the first convolution, in order.
@@ -99,7 +205,9 @@ fn mixed(tensor: &Tensor, before: &[Input], parts: &[Vec<(Input, f32)>]) -> Tens
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::train::tests::features;
     use aonet::internals::graph::Graph;
+    use aonet::internals::naive::{self, Inputs};
     use aonet::internals::weights::Weights;
     use aonet::net::{Features, TrainingFacts};
     use aonet::search::ArcsParams;
@@ -127,6 +235,56 @@ mod tests {
             assert!(new[old.len()..].iter().all(|weight| *weight == 0.0));
         }
         assert_eq!(start.weights().get("enc1.conv0.weight"), fitted.get("enc1.conv0.weight"));
+    }
+
+    #[test]
+    fn channels_without_weight_are_the_first_to_go() {
+        let config = ModelConfig {
+            encoder: vec![8, 12, 10, 6],
+            decoder: vec![12, 10, 8],
+            ..ModelConfig::correcting()
+        };
+        let wide = model(config.clone());
+        // These channels say nothing, so the image does not need them.
+        let silent = [
+            ("enc0.conv0", 2),
+            ("enc0.conv1", 5),
+            ("enc1.conv1", 0),
+            ("enc3.conv1", 4),
+            ("dec2.conv1", 7),
+            ("dec0.conv1", 3),
+        ];
+        let mut tensors = wide.weights().tensors().clone();
+        for (name, channel) in silent {
+            let weight = tensors.get_mut(&format!("{name}.weight")).unwrap();
+            let each = weight.values.len() / weight.shape[0];
+            weight.values[channel * each..][..each].fill(0.0);
+        }
+        // Their partners of the same level lose their weakest channel as well: nothing may read that one.
+        for (name, channel) in [("enc1.conv0", 1), ("enc3.conv0", 0), ("dec2.conv0", 9), ("dec0.conv0", 6)] {
+            let reader = tensors.get_mut(&format!("{}1.weight", name.strip_suffix('0').unwrap())).unwrap();
+            let area = reader.shape[2] * reader.shape[3];
+            let of_output = reader.shape[1] * area;
+            for filter in reader.values.chunks_exact_mut(of_output) {
+                filter[channel * area..][..area].fill(0.0);
+            }
+        }
+        let graph = Graph::new(&config).unwrap();
+        let wide =
+            Model::new(config.clone(), Weights::new(&graph, tensors).unwrap(), TrainingFacts::default())
+                .unwrap();
+        let narrow = ModelConfig { encoder: vec![7, 11, 10, 5], decoder: vec![11, 10, 7], ..config };
+        let weights = fits(&narrow, &wide);
+        let narrow = Model::new(narrow, weights, TrainingFacts::default()).unwrap();
+        let seen = features(wide.config().features.channels().len(), (64, 64));
+        let search = wide.config().search.map(|search| features(search.planes(), (64, 64)));
+        let images = [&wide, &narrow].map(|model| {
+            naive::evaluate(model, &Inputs { features: seen.clone(), search: search.clone(), survey: None })
+                .values
+        });
+        let off = images[0].iter().zip(&images[1]).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+        assert!(off < 1e-5, "{off}");
+        assert!(images[0].iter().any(|value| *value != images[0][0]), "a flat image");
     }
 
     #[test]

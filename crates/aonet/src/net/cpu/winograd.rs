@@ -20,8 +20,8 @@ use crate::threads::Band;
 /// Most squares of a row that are transformed together: with 64 channels their factors and products take 0.4 MiB.
 const MAX_SQUARES: usize = 24;
 
-/// Fewest channels in and out for which the transforms cost less than they save.
-const MIN_CHANNELS: usize = 16;
+/// Fewest channels in and out for which the transforms cost less than they save. Outputs are computed by vectors, whether full or not.
+const MIN_CHANNELS: [usize; 2] = [16, 8];
 
 /// Bands per thread: finer than others, because they are cut at every fourth row only.
 const BANDS_PER_THREAD: usize = 16;
@@ -42,7 +42,8 @@ pub(super) struct Winograd {
 pub(super) fn pays(plan: &Plan, step: &ConvStep) -> bool {
     let in_channels = step.sources.iter().map(|source| plan.buffers[source.buffer].channels).sum::<usize>();
     let out_channels = plan.buffers[step.output].channels;
-    step.size == 3 && step.groups == 1 && in_channels.min(out_channels) >= MIN_CHANNELS
+    let [least_in, least_out] = MIN_CHANNELS;
+    step.size == 3 && step.groups == 1 && in_channels >= least_in && out_channels >= least_out
 }
 
 impl Winograd {
