@@ -82,6 +82,7 @@ fn methods() -> Vec<Classic> {
         with("vbao", &[("cosine", 1.0), ("thickness", 0.1), ("denoise_passes", 0.0)]),
         with("agtao", &[]),
         with("agtao:tuned", &[]),
+        with("agtao:tuned", &[("follow", 0.1)]),
     ]
     .into_iter()
     .chain(arcs())

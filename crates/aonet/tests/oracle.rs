@@ -90,6 +90,14 @@ fn searches_find_what_their_definition_says() {
             angle_bias: 0.0,
             ..tuned
         }),
+        SearchConfig::Agtao(AgtaoParams { follow: 0.1, ..tuned }),
+        SearchConfig::Agtao(AgtaoParams {
+            follow: 1.0,
+            denoise_passes: 0,
+            steps: 9,
+            radius_scale: 1.0,
+            ..tuned
+        }),
         SearchConfig::Arcs(arcs),
         SearchConfig::Arcs(ArcsParams { denoise_passes: 0, ..arcs }),
     ];
@@ -163,7 +171,7 @@ fn bent_normals_are_what_their_definition_says() {
     let tuned = tuned();
     for agtao in [
         tuned,
-        AgtaoParams { denoise_passes: 0, ..tuned },
+        AgtaoParams { denoise_passes: 0, follow: 0.1, ..tuned },
         AgtaoParams { denoise_passes: 0, slices: 2, power: 1.0, attenuation: 0.3, angle_bias: 0.0, ..tuned },
     ] {
         let model = searching(SearchConfig::Agtao(agtao));
@@ -225,11 +233,17 @@ fn networks_with_any_search_have_bent_normals_and_others_say_so() {
 #[test]
 fn another_parameter_is_noticed() {
     let tuned = tuned();
-    let gbuffer = &frames()[0];
-    let [a, b] = [tuned, AgtaoParams { attenuation: tuned.attenuation + 0.02, ..tuned }]
-        .map(|of| naive::search(&searching(SearchConfig::Agtao(of)), gbuffer, params()).unwrap().values);
-    let far = a.iter().zip(&b).filter(|(a, b)| (**a - **b).abs() > SEARCH_TOLERANCE).count();
-    assert!(far as f32 > FLIPPED_SHARE * a.len() as f32, "{far} pixels");
+    let frames = frames();
+    for (gbuffer, other) in [
+        (&frames[0], AgtaoParams { attenuation: tuned.attenuation + 0.02, ..tuned }),
+        (&frames[3], AgtaoParams { follow: 0.1, ..tuned }),
+    ] {
+        let values =
+            |of| naive::search(&searching(SearchConfig::Agtao(of)), gbuffer, params()).unwrap().values;
+        let (expected, found) = (values(tuned), values(other));
+        let far = expected.iter().zip(&found).filter(|(a, b)| (**a - **b).abs() > SEARCH_TOLERANCE).count();
+        assert!(far as f32 > FLIPPED_SHARE * expected.len() as f32, "{other:?}: {far} pixels");
+    }
 }
 
 /// Mean difference of the shares that a survey finds: they have no filter, and a sector is 1/32 of a side's light.

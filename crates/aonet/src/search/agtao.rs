@@ -9,10 +9,11 @@ use super::noise::noise_at;
 use super::params::filtered_params;
 use super::screen::{Pixels, Screen};
 use super::slice::Slice;
-use super::stride::Stride;
+use super::stride::{Seen, Stride};
 use super::{PixelMethod, PixelShares};
+use crate::frame::BACKGROUND;
 use crate::simd::Simd;
-use crate::simd::lanes::F;
+use crate::simd::lanes::{F, Mask};
 use std::f32::consts::PI;
 
 filtered_params! {
@@ -24,6 +25,10 @@ filtered_params! {
         steps: u32 = 6 in 1..=64,
         /// The radius of the search, as a factor on the AO radius: makes up for the attenuation.
         radius_scale: f32 = 1.4 in 0.1..=4.0,
+        /// Surfaces are followed to where they enter the search's radius, between taps that are no farther apart than this share of it, or than
+        /// 2 px; 0 turns it off. Finds walls and floors that taps step over.
+        #[serde(default)]
+        follow: f32 = 0.0 in 0.0..=1.0,
         /// How much occluders fade with their squared distance: 1 fades them out at the radius of the search, 0 turns it off.
         attenuation: f32 = 0.8 in 0.0..=1.0,
         /// Occluders lower than so many degrees above the tangent plane do not count: hides coarse meshes.
@@ -54,6 +59,9 @@ pub(crate) struct Agtao<'a> {
     spacing: Spacing,
 }
 
+/// Surfaces are followed between taps up to so many pixels apart at any radius.
+pub(crate) const NEAR: f32 = 2.0;
+
 /// The highest occluder so far on one side of a slice.
 struct Horizon<S: Simd, const N: usize> {
     /// 1 along the slice, -1 against it.
@@ -62,12 +70,30 @@ struct Horizon<S: Simd, const N: usize> {
     cosine: F<S>,
     /// Light between the viewer and it. See [`Slice::beam_above`].
     beam: [F<S>; N],
+    /// The last two places that were looked at; at first the pixel itself.
+    places: [Place<S>; 2],
+}
+
+/// What a tap sees.
+#[derive(Clone, Copy)]
+struct Place<S: Simd> {
+    at: Seen<S>,
+    /// Distance on the screen (px).
+    pixels: F<S>,
+    /// Whether it is a surface in the frame.
+    known: Mask<S>,
 }
 
 impl<S: Simd, const N: usize> Horizon<S, N> {
     #[inline(always)]
     fn new(slice: &Slice<S>, sign: f32, cosine: F<S>) -> Self {
-        Self { sign, cosine, beam: slice.beam_above(cosine, sign) }
+        let zero = F::new(cosine.simd(), 0.0);
+        let pixel = Place {
+            at: Seen { towards: zero, along: zero, squared: zero },
+            pixels: zero,
+            known: zero.le(0.0),
+        };
+        Self { sign, cosine, beam: slice.beam_above(cosine, sign), places: [pixel; 2] }
     }
 }
 
@@ -99,30 +125,97 @@ impl<'a> Agtao<'a> {
         for (k, share) in self.spacing.steps().iter().enumerate() {
             let pixels = (share.at(jitter) * reach).max(1.0 + k as f32);
             let stride = Stride::new(self.screen, slice, pixels);
-            self.rise(p, slice, &stride, &mut ahead, &mut lost);
-            self.rise(p, slice, &stride.reversed(), &mut behind, &mut lost);
+            self.look((p, slice), (&stride, pixels), &mut ahead, &mut lost);
+            self.look((p, slice), (&stride.reversed(), pixels), &mut behind, &mut lost);
         }
         lost
+    }
+
+    /// Adds the light that is lost to a tap, and to the surface before it.
+    #[inline(always)]
+    fn look<S: Simd, const N: usize>(
+        &self,
+        (p, slice): (&Pixels<S>, &Slice<S>),
+        (stride, pixels): (&Stride<S>, F<S>),
+        horizon: &mut Horizon<S, N>,
+        lost: &mut [F<S>; N],
+    ) {
+        let at = stride.look(self.screen, p);
+        if self.params.follow > 0.0 {
+            // The background is far behind the pixel.
+            let known = stride.inside(self.screen, p) & (-at.towards).lt(0.1 * BACKGROUND);
+            let now = Place { at, pixels, known };
+            let [before, here] = horizon.places;
+            let farthest = (p.radius_px * (self.params.radius_scale * self.params.follow)).max(NEAR);
+            let near = before.known & here.known & known & (pixels - here.pixels).le(farthest);
+            self.enter((slice, near), [&before, &here, &now], horizon, lost);
+            horizon.places = [here, now];
+        }
+        self.rise((p, slice), (stride, &at), horizon, lost);
+    }
+
+    /// Adds the light that is lost where a surface enters the search's radius between the tap before and this one, `here`, which lies
+    /// outside. The surface goes on as from the next tap to this one: as far as the tap before, or half as far if that one lies deeper
+    /// than it and so cannot be on it.
+    #[inline(always)]
+    fn enter<S: Simd, const N: usize>(
+        &self,
+        (slice, near): (&Slice<S>, Mask<S>),
+        [before, here, next]: [&Place<S>; 3],
+        horizon: &mut Horizon<S, N>,
+        lost: &mut [F<S>; N],
+    ) {
+        let (towards, along) = (here.at.towards - next.at.towards, here.at.along - next.at.along);
+        let a = towards.mul_add(towards, along * along).max(1e-36);
+        let b = here.at.towards.mul_add(towards, here.at.along * along);
+        let outside = here.at.squared - self.squared_radius;
+        let root = b.mul_add(b, -(a * outside));
+        let enters = near & !outside.le(0.0) & b.lt(0.0) & !root.lt(0.0);
+        if !enters.any() {
+            return;
+        }
+        let inverse = 1.0 / a;
+        let way = (-b - root.max(0.0).sqrt()) * inverse;
+        let gap = (before.at.along - here.at.along) / along;
+        let joined = gap.mul_add(towards, here.at.towards).le(before.at.towards);
+        let cosine = way.mul_add(towards, here.at.towards) * (1.0 / self.squared_radius.sqrt());
+        let rises = enters & way.le(joined.select(gap, gap * 0.5)) & horizon.cosine.lt(cosine);
+        // It fades by its least distance.
+        let nearest = (-b * inverse).min(gap);
+        let (towards, along) =
+            (nearest.mul_add(towards, here.at.towards), nearest.mul_add(along, here.at.along));
+        let squared = towards.mul_add(towards, along * along).min(self.squared_radius);
+        self.lose(slice, (rises, cosine, squared), horizon, lost);
     }
 
     /// Adds the light that is lost where the horizon rises to a tap.
     #[inline(always)]
     fn rise<S: Simd, const N: usize>(
         &self,
-        p: &Pixels<S>,
-        slice: &Slice<S>,
-        stride: &Stride<S>,
+        (p, slice): (&Pixels<S>, &Slice<S>),
+        (stride, at): (&Stride<S>, &Seen<S>),
         horizon: &mut Horizon<S, N>,
         lost: &mut [F<S>; N],
     ) {
-        let at = stride.look(self.screen, p);
         let cosine = at.towards * at.squared.rough_inverse_sqrt();
         let rises = at.squared.le(self.squared_radius) & horizon.cosine.lt(cosine);
         if !rises.any() {
             return;
         }
         let rises = rises & stride.inside(self.screen, p);
-        let weight = 1.0 - at.squared * (self.params.attenuation / self.squared_radius);
+        self.lose(slice, (rises, cosine, at.squared), horizon, lost);
+    }
+
+    /// Raises the horizon to an occluder, by the cosine to it and its squared distance, and adds the light that is lost.
+    #[inline(always)]
+    fn lose<S: Simd, const N: usize>(
+        &self,
+        slice: &Slice<S>,
+        (rises, cosine, squared): (Mask<S>, F<S>, F<S>),
+        horizon: &mut Horizon<S, N>,
+        lost: &mut [F<S>; N],
+    ) {
+        let weight = 1.0 - squared * (self.params.attenuation / self.squared_radius);
         let beam = slice.beam_above::<N>(cosine, horizon.sign);
         for c in 0..N {
             lost[c] += rises.select((horizon.beam[c] - beam[c]) * weight, 0.0);

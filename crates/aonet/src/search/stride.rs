@@ -26,8 +26,9 @@ pub(crate) struct Stride<S: Simd> {
 /// What is at the end of a stride, in its slice and seen from the pixel.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Seen<S: Simd> {
-    /// Towards the viewer (world units).
+    /// Towards the viewer, and along the slice (world units).
     pub(crate) towards: F<S>,
+    pub(crate) along: F<S>,
     /// Its distance, squared.
     pub(crate) squared: F<S>,
 }
@@ -76,6 +77,6 @@ impl<S: Simd> Stride<S> {
         let size = screen.pixel_size(depth);
         let farther = (depth + p.position.z) * p.ray_length;
         let (towards, along) = (size.mul_add(self.towards, -farther), size * self.along);
-        Seen { towards, squared: towards.mul_add(towards, along * along) }
+        Seen { towards, along, squared: towards.mul_add(towards, along * along) }
     }
 }

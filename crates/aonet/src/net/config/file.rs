@@ -10,6 +10,7 @@ pub(super) const SEARCH_OF_OLD_FILES: SearchConfig = SearchConfig::Agtao(AgtaoPa
     slices: 3,
     steps: 6,
     radius_scale: 1.348_342_2,
+    follow: 0.0,
     attenuation: 0.741_921_25,
     angle_bias: 2.367_428,
     distribution: 1.872_475_7,

@@ -10,7 +10,7 @@ use crate::frame::ao_image::AoParams;
 use crate::frame::gbuffer::GBuffer;
 use crate::net::config::SearchConfig;
 use crate::search::{AgtaoParams, BENT_PLANES, Pass, noise_of};
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use std::f64::consts::PI;
 
 /// Least cosine between normal and view that the tangent plane is followed at.
@@ -146,6 +146,22 @@ impl Slice {
     }
 }
 
+/// Where the surface from `next` to `here`, which lies outside the radius, goes on into it, but not beyond `before`: cosine to the viewer, and
+/// least distance. Half as far if `before` lies deeper than this surface and so cannot be on it.
+fn entrance([before, here, next]: [DVec2; 3], radius: f64) -> Option<(f64, f64)> {
+    let way = here - next;
+    let (a, b, outside) = (way.length_squared(), here.dot(way), here.length_squared() - radius * radius);
+    let root = b * b - a * outside;
+    if outside <= 0.0 || b >= 0.0 || root < 0.0 {
+        return None;
+    }
+    let (steps, gap) = ((-b - root.sqrt()) / a, (before.y - here.y) / way.y);
+    let joined = here.x + gap * way.x <= before.x;
+    let nearest = here + (-b / a).min(gap) * way;
+    let enters = steps <= if joined { gap } else { 0.5 * gap };
+    enters.then(|| ((here.x + steps * way.x) / radius, nearest.length().min(radius)))
+}
+
 impl Screen<'_> {
     /// Visibility and bend of a pixel before the filter.
     fn visibility(&self, params: &AgtaoParams, x: usize, y: usize) -> [f64; BENT_PLANES] {
@@ -184,21 +200,38 @@ impl Screen<'_> {
         let bias = f64::from(params.angle_bias).to_radians();
         let mut horizons = [1.0, -1.0].map(|sign| (sign, slice.lowest(bias, sign)));
         let mut lost = Light { light: 0.0, beam: DVec3::ZERO };
+        // The last two places on each side, at first the pixel.
+        let mut places = [[Some((DVec2::ZERO, 0.0)); 2]; 2];
         for step in 0..params.steps {
             let share = (jitter + f64::from(step)) / f64::from(params.steps);
             let pixels = (share.powf(f64::from(params.distribution)) * reach_px).max(1.0 + f64::from(step));
-            for (sign, horizon) in &mut horizons {
-                let [Some(tap), _] = self.fronts(pixel, slice, *sign * pixels) else { continue };
-                let (towards, along) = (tap.dot(slice.towards), tap.dot(slice.along));
-                let distance = towards.hypot(along);
-                let cosine = towards / distance;
-                if distance <= radius && cosine > *horizon {
-                    let weight = 1.0 - f64::from(params.attenuation) * (distance / radius).powi(2);
-                    let light = [*horizon, cosine].map(|cosine| slice.light_above(cosine, *sign));
-                    let beam = [*horizon, cosine].map(|cosine| slice.beam_above(viewer, cosine, *sign));
-                    lost.light += (light[0] - light[1]) * weight;
-                    lost.beam += (beam[0] - beam[1]) * weight;
-                    *horizon = cosine;
+            for ((sign, horizon), places) in horizons.iter_mut().zip(&mut places) {
+                let mut occludes = |cosine: f64, distance: f64| {
+                    if cosine > *horizon {
+                        let weight = 1.0 - f64::from(params.attenuation) * (distance / radius).powi(2);
+                        let light = [*horizon, cosine].map(|cosine| slice.light_above(cosine, *sign));
+                        let beam = [*horizon, cosine].map(|cosine| slice.beam_above(viewer, cosine, *sign));
+                        lost.light += (light[0] - light[1]) * weight;
+                        lost.beam += (beam[0] - beam[1]) * weight;
+                        *horizon = cosine;
+                    }
+                };
+                let [tap, _] = self.fronts(pixel, slice, *sign * pixels);
+                // Towards the viewer, and along the slice.
+                let now = tap.map(|tap| (DVec2::new(tap.dot(slice.towards), tap.dot(slice.along)), pixels));
+                let [before, here] = *places;
+                if let (Some((before, _)), Some((here, near)), Some((now, far))) = (before, here, now)
+                    && params.follow > 0.0
+                    && far - near <= (reach_px * f64::from(params.follow)).max(2.0)
+                    && let Some((cosine, distance)) = entrance([before, here, now], radius)
+                {
+                    occludes(cosine, distance);
+                }
+                *places = [here, now];
+                if let Some((now, _)) = now
+                    && now.length() <= radius
+                {
+                    occludes(now.x / now.length(), now.length());
                 }
             }
         }

@@ -3,6 +3,7 @@
 use crate::gpu::shader::Shader;
 use crate::gpu::surface::Surface;
 use crate::search::AgtaoParams;
+use crate::search::agtao::NEAR;
 use crate::search::gpu::pixels::Reach;
 use crate::search::gpu::slices;
 
@@ -12,6 +13,8 @@ pub(crate) fn shader(surface: Surface, params: &AgtaoParams, planes: usize) -> S
     let AgtaoParams { slices, steps, radius_scale, power, .. } = *params;
     slices::with_horizons(surface, (slices, steps), Reach { radius_scale, power }, planes)
         .float("ATTENUATION", params.attenuation)
+        .float("FOLLOW", params.follow)
+        .float("NEAR", NEAR)
         .float("COS_BIAS", cos)
         .float("SIN_BIAS", sin)
         .part(&slices::distances(&params.spacing()))
