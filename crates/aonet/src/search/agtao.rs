@@ -112,9 +112,14 @@ impl<'a> Agtao<'a> {
         }
     }
 
-    /// Light that occluders on both sides of a slice take.
+    /// Light that occluders on both sides of a slice take. `FOLLOW`: whether surfaces are followed between taps.
     #[inline(always)]
-    fn lost<S: Simd, const N: usize>(&self, p: &Pixels<S>, slice: &Slice<S>, jitter: F<S>) -> [F<S>; N] {
+    fn lost<S: Simd, const N: usize, const FOLLOW: bool>(
+        &self,
+        p: &Pixels<S>,
+        slice: &Slice<S>,
+        jitter: F<S>,
+    ) -> [F<S>; N] {
         // The tangent's elevation above the viewer's plane has the sine -sign sin n and the cosine cos n.
         let [cos_bias, sin_bias] = self.cos_sin_bias;
         let (across, up) = (slice.sin_n * cos_bias, slice.cos_n.max(0.0) * sin_bias);
@@ -125,15 +130,15 @@ impl<'a> Agtao<'a> {
         for (k, share) in self.spacing.steps().iter().enumerate() {
             let pixels = (share.at(jitter) * reach).max(1.0 + k as f32);
             let stride = Stride::new(self.screen, slice, pixels);
-            self.look((p, slice), (&stride, pixels), &mut ahead, &mut lost);
-            self.look((p, slice), (&stride.reversed(), pixels), &mut behind, &mut lost);
+            self.look::<S, N, FOLLOW>((p, slice), (&stride, pixels), &mut ahead, &mut lost);
+            self.look::<S, N, FOLLOW>((p, slice), (&stride.reversed(), pixels), &mut behind, &mut lost);
         }
         lost
     }
 
     /// Adds the light that is lost to a tap, and to the surface before it.
     #[inline(always)]
-    fn look<S: Simd, const N: usize>(
+    fn look<S: Simd, const N: usize, const FOLLOW: bool>(
         &self,
         (p, slice): (&Pixels<S>, &Slice<S>),
         (stride, pixels): (&Stride<S>, F<S>),
@@ -141,7 +146,7 @@ impl<'a> Agtao<'a> {
         lost: &mut [F<S>; N],
     ) {
         let at = stride.look(self.screen, p);
-        if self.params.follow > 0.0 {
+        if FOLLOW {
             // The background is far behind the pixel.
             let known = stride.inside(self.screen, p) & (-at.towards).lt(0.1 * BACKGROUND);
             let now = Place { at, pixels, known };
@@ -235,7 +240,11 @@ impl<'a> Agtao<'a> {
         for s in 0..self.params.slices {
             let slice = Slice::towards(p, direction);
             let jitter = (jitter + s as f32 * 0.618_034).fract();
-            sums.add(p, &slice, self.lost(p, &slice, jitter));
+            let lost = match self.params.follow > 0.0 {
+                true => self.lost::<S, N, true>(p, &slice, jitter),
+                false => self.lost::<S, N, false>(p, &slice, jitter),
+            };
+            sums.add(p, &slice, lost);
             direction = turned(direction, self.cos_sin_turn);
         }
         sums
