@@ -204,6 +204,7 @@ fn a_changed_parameter_is_noticed() {
         ("vbao", "thickness", 0.5),
         ("vbao", "cosine", 1.0),
         ("agtao", "angle_bias", 6.0),
+        ("agtao", "follow", 1.0),
         ("arcs", "hit", 1.3),
         ("arcs", "hidden_close", 0.2),
         ("arcs", "hidden_middle", 1.4),
@@ -211,7 +212,7 @@ fn a_changed_parameter_is_noticed() {
         ("arcs", "off", 0.8),
         ("arcs", "angle_bias", 6.0),
     ] {
-        let gbuffer = if name == "arcs" { &bars } else { &waves };
+        let gbuffer = if name == "arcs" || parameter == "follow" { &bars } else { &waves };
         let expected = with(name, &[]).run(gbuffer, params()).unwrap();
         let changed = with(name, &[(parameter, value)]);
         let found = run(&device, &session(&device, &changed, Size::px(120, 83)), gbuffer);

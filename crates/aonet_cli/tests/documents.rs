@@ -115,3 +115,20 @@ fn anchors_are_those_of_code_hosts() {
     assert_eq!(anchors(text), ["on-your-g-buffers", "what-fast-is-what-not"]);
     assert_eq!(targets("[a](b.md#c) and ![d](e.png)").collect::<Vec<_>>(), ["b.md#c", "e.png"]);
 }
+
+#[test]
+fn committed_weights_name_no_folder_of_a_machine() {
+    let folders = ["assets/models/rows", "assets/models/small_radius", "crates/aonet/models"];
+    let files = folders.iter().flat_map(|folder| std::fs::read_dir(root().join(folder)).unwrap());
+    let files = files.map(|file| file.unwrap().path());
+    let mut commands = 0;
+    for path in files.filter(|path| path.extension().is_some_and(|e| e == "safetensors")) {
+        // NNAO's weights are no model.
+        let Ok(model) = aonet::net::Model::from_bytes(&std::fs::read(&path).unwrap()) else { continue };
+        let command = &model.facts().command;
+        let absolute = command.split_whitespace().find(|word| Path::new(word).is_absolute());
+        assert_eq!(absolute, None, "{}: {command}", path.display());
+        commands += usize::from(!command.is_empty());
+    }
+    assert!(commands > 10, "{commands} commands");
+}

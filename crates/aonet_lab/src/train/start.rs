@@ -78,14 +78,14 @@ fn narrowed(config: &ModelConfig, start: &Model) -> BTreeMap<String, Tensor> {
                 readers.iter().map(|(reader, first)| size(&tensors[reader], 1, first + channel)).sum();
             size(filters, 0, channel) * read
         };
+        let strengths: Vec<f32> = (0..filters.shape[0]).map(strength).collect();
         let mut kept: Vec<usize> = (0..filters.shape[0]).collect();
-        kept.sort_by(|a, b| strength(*b).total_cmp(&strength(*a)));
+        kept.sort_by(|a, b| strengths[*b].total_cmp(&strengths[*a]));
         kept.truncate(width);
         kept.sort_unstable();
         for name in [weight, bias] {
             narrowed.entry(name).and_modify(|tensor| *tensor = picked(tensor, 0, &kept));
         }
-        // What lies behind these channels in a reader's input is still as wide as before: readers are cut from the last channel on.
         for (reader, first) in readers {
             let tensor = &narrowed[&reader];
             let last = first + filters.shape[0];
@@ -107,7 +107,7 @@ struct Conv {
     width: usize,
 }
 
-/// The convolutions of a network and, in an order in which their outputs can be cut: what lies before these in a reader's input is not yet cut.
+/// The convolutions of a network, in an order in which their outputs can be cut: no channels before these in a reader's input are cut earlier.
 fn convolutions(before: &ModelConfig, config: &ModelConfig) -> Vec<Conv> {
     let coarsest = before.encoder.len() - 1;
     let weight = |name: String| format!("{name}.weight");

@@ -57,8 +57,7 @@ fn entered(s: Slice, next: Place, sign: f32, horizon: Horizon) -> Horizon {
 fn rise(p: Pixel, s: Slice, pixels: f32, sign: f32, before: Horizon) -> Horizon {
     // Whole pixels, as on the CPU.
     let place = p.at + round(offset_in(s, pixels * sign));
-    let shown = shown_at(place);
-    let at = project(p, s, shown);
+    let at = project(p, s, shown_at(place));
     let radius = frame.radius * RADIUS_SCALE;
     var horizon = before;
     if (FOLLOW > 0.0) {
