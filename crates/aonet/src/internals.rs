@@ -26,6 +26,11 @@ pub mod kernel {
     pub use crate::net::kernel::*;
 }
 
+/// The neighbours whose visibility a network mixes in.
+pub mod neighbours {
+    pub use crate::net::neighbours::*;
+}
+
 /// Where the values of a graph lie in memory, and the steps that compute them.
 pub mod plan {
     pub use crate::net::plan::*;

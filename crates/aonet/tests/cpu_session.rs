@@ -10,8 +10,8 @@ use aonet::net::{Features, KernelWeights, Model, ModelConfig, Output, Ranges, Sk
 use aonet::simd::Level;
 use aonet::{AoImage, GBuffer, Size};
 use common::{
-    assert_close, behind_bars, camera, frame, max_error, model, oracle, params, seeing, small, smoothing,
-    spread, surveying, waves, weighing_shares,
+    assert_close, behind_bars, camera, frame, max_error, mixing, mixing_shares, model, oracle, params,
+    seeing, small, smoothing, spread, surveying, waves, weighing_shares,
 };
 
 /// Largest difference between a session and the oracle. Measured over all tests here: 5e-7, from the order of
@@ -101,8 +101,15 @@ fn weights_of_shares_and_surveys() {
     let kinds = |p| {
         let weighing = weighing_shares(p);
         let settling = ModelConfig { smooth: true, ..weighing.clone() };
-        [(TOLERANCE, weighing), (TOLERANCE, surveying(p)), (filtered, settling), (filtered, smoothing(p))]
-            .map(|(tolerance, config)| (p, tolerance, config))
+        [
+            (TOLERANCE, weighing),
+            (TOLERANCE, mixing_shares(p)),
+            (TOLERANCE, surveying(p)),
+            (filtered, settling),
+            (filtered, smoothing(p)),
+            (filtered, mixing(p)),
+        ]
+        .map(|(tolerance, config)| (p, tolerance, config))
     };
     for (patch, tolerance, config) in [1, 2, 4, 8].into_iter().flat_map(kinds) {
         let model = model(config, 1);
@@ -117,6 +124,14 @@ fn weights_of_shares_and_surveys() {
             assert_close(&found, &expected, (tolerance, &format!("patches of {patch}")));
         }
     }
+}
+
+#[test]
+fn weights_of_neighbours_change_the_image() {
+    let gbuffer = behind_bars(&waves(Size::px(70, 33)));
+    let [without, with] =
+        [smoothing(4), mixing(4)].map(|config| run(&model(config, 1), &gbuffer, (1, Level::best())));
+    assert!(max_error(&without, &with) > 0.005, "no neighbour counts");
 }
 
 #[test]

@@ -24,10 +24,11 @@ fn sizes() -> impl Iterator<Item = Size> {
     (1..=256).map(|width| Size::px(width, width * 37 % 256 + 1))
 }
 
-/// A small network that corrects a search, and smooths the correction.
+/// A small network that corrects a search, weighs neighbours, and smooths what it adds.
 fn correcting() -> ModelConfig {
     ModelConfig {
         output: Output::Correction,
+        neighbours: vec![1, 3],
         smooth: true,
         ..small(Features::normal_radius_horizon(), 4, KernelWeights::Off)
     }

@@ -100,12 +100,16 @@ pub enum Op {
         second: ValueId,
     },
     /// The visibility of the search, plus the first plane of a correction, plus the product of every further plane and the share
-    /// of light in the same plane of the search: 1xHxW.
+    /// of light in the same plane of the search: 1xHxW. The last planes are weights of neighbours, in units of
+    /// [`UNIT`](crate::net::neighbours::UNIT): each is multiplied with the neighbour's visibility minus the pixel's, as the search found
+    /// them.
     Correct {
         /// The search.
         search: ValueId,
-        /// CxHxW, with one plane or as many as the search.
+        /// CxHxW, with one plane or as many as the search, and one for each neighbour.
         correction: ValueId,
+        /// Distances of the neighbours (px): [`ModelConfig::neighbours`](crate::net::ModelConfig::neighbours).
+        neighbours: Vec<usize>,
         /// Whether sessions then smooth the image, by the search's filter: [`ModelConfig::smooth`](crate::net::ModelConfig::smooth).
         /// Training and ONNX leave it out.
         smooth: bool,

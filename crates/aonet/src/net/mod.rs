@@ -11,6 +11,7 @@ pub(crate) mod graph;
 pub(crate) mod kernel;
 pub(crate) mod model;
 pub(crate) mod naive;
+pub(crate) mod neighbours;
 pub(crate) mod plan;
 #[cfg(feature = "weights")]
 pub mod shipped;

@@ -169,6 +169,16 @@ pub(crate) fn smoothing(patch: usize) -> ModelConfig {
     ModelConfig { smooth: true, ..surveying(patch) }
 }
 
+/// The same, which weighs neighbours.
+pub(crate) fn mixing(patch: usize) -> ModelConfig {
+    ModelConfig { neighbours: vec![1, 3], ..smoothing(patch) }
+}
+
+/// A small network that weighs shares of light and neighbours.
+pub(crate) fn mixing_shares(patch: usize) -> ModelConfig {
+    ModelConfig { neighbours: vec![1, 2, 4, 8], ..weighing_shares(patch) }
+}
+
 /// The paper's network with other features, and with a search if they show one.
 pub(crate) fn seeing(features: Features) -> ModelConfig {
     let search = features.sees(Channel::HorizonOcclusion).then(SearchConfig::tuned);

@@ -6,8 +6,10 @@ use super::nodes::{
     self, Conv, PatchSize, avg_pool2, channels, concat, patch_partition, pixel_shuffle, upsample2,
 };
 use super::tuned;
-use super::writer::Writer;
+use super::writer::{Attribute, Writer};
 use aonet::internals::graph::{Activation, Op, ValueId};
+use aonet::internals::neighbours;
+use aonet::internals::weights::Tensor;
 use aonet::net::{Features, KernelWeights, Model};
 use std::ops::Range;
 
@@ -57,9 +59,9 @@ pub(super) fn write(writer: &mut Writer, model: &Model, form: Form, inputs: Inpu
             Op::Concat { first, second } => {
                 concat(writer, &format!("concat{id}"), &[&values[*first], &values[*second]])
             }
-            Op::Correct { search, correction, .. } => {
+            Op::Correct { search, correction, neighbours, .. } => {
                 let of = |id: ValueId| (values[id].as_str(), model.graph().nodes()[id].channels);
-                correct(writer, of(*search), of(*correction))
+                correct(writer, of(*search), of(*correction), neighbours)
             }
             Op::KernelPredict { kernels, guide, patch, weights } => {
                 let head = Head { conv: head(model, *kernels), patch: *patch, weights: *weights };
@@ -76,7 +78,13 @@ pub(super) fn write(writer: &mut Writer, model: &Model, form: Form, inputs: Inpu
 }
 
 /// See [`Op::Correct`]; values with their numbers of channels.
-fn correct(writer: &mut Writer, search: (&str, usize), correction: (&str, usize)) -> String {
+fn correct(
+    writer: &mut Writer,
+    search: (&str, usize),
+    correction: (&str, usize),
+    distances: &[usize],
+) -> String {
+    let planes = correction.1 - neighbours::count(distances);
     let plane = |writer: &mut Writer, name: &str, (of, all): (&str, usize), which: usize| match all {
         1 => of.to_owned(),
         _ => channels(writer, &format!("{name}{which}"), of, which..which + 1),
@@ -86,12 +94,43 @@ fn correct(writer: &mut Writer, search: (&str, usize), correction: (&str, usize)
     };
     let [found, added] = both(writer, 0);
     let mut sum = writer.node(("corrected", "Add"), &[&found, &added], &[]);
-    for which in 1..correction.1 {
+    for which in 1..planes {
         let [share, weight] = both(writer, which);
         let product = writer.node((&format!("weighed{which}"), "Mul"), &[&share, &weight], &[]);
         sum = writer.node((&format!("corrected{which}"), "Add"), &[&sum, &product], &[]);
     }
-    sum
+    if distances.is_empty() {
+        return sum;
+    }
+    let visibility = plane(writer, "visibility", search, 0);
+    let differences = differences(writer, &visibility, distances);
+    let weights = channels(writer, "neighbours/weights", correction.0, planes..correction.1);
+    let weighed = writer.node(("neighbours/weighed", "Mul"), &[&differences, &weights], &[]);
+    let axes = ("axes", Attribute::Ints(&[1]));
+    let mixed = writer.node(("neighbours/mixed", "ReduceMean"), &[&weighed], &[axes]);
+    writer.node(("mixed", "Add"), &[&sum, &mixed], &[])
+}
+
+/// What neighbours have more than a pixel, a channel for each, times what a mean of the channels has to be multiplied with: a convolution.
+fn differences(writer: &mut Writer, plane: &str, distances: &[usize]) -> String {
+    let offsets = neighbours::offsets(distances);
+    let reach = distances.iter().copied().max().unwrap_or(0);
+    let side = 2 * reach + 1;
+    let mut values = vec![0.0; offsets.len() * side * side];
+    let unit = neighbours::UNIT * offsets.len() as f32;
+    for (filter, [down, right]) in values.chunks_exact_mut(side * side).zip(&offsets) {
+        let [row, column] = [down, right].map(|offset| reach.saturating_add_signed(*offset));
+        filter[row * side + column] = unit;
+        filter[reach * side + reach] = -unit;
+    }
+    let weight = Tensor { shape: vec![offsets.len(), 1, side, side], values };
+    let bias = Tensor { shape: vec![offsets.len()], values: vec![0.0; offsets.len()] };
+    let activation = Activation::Linear;
+    nodes::conv(
+        writer,
+        plane,
+        Conv { name: "neighbours", weight: &weight, bias: &bias, groups: 1, activation },
+    )
 }
 
 /// A convolution of the graph with its parameters.

@@ -163,9 +163,11 @@ fn every_input_is_written_before_it_is_read() {
         for patch in [1, 2, 4] {
             for form in [Form::Plain, Form::Tuned] {
                 let shares = (kernel == KernelWeights::Off).then(shares);
+                let mixing = shares.clone().map(|shares| ModelConfig { neighbours: vec![1, 3], ..shares });
                 for config in [ModelConfig::paper(), ModelConfig::correcting(), ModelConfig::balanced()]
                     .into_iter()
                     .chain(shares)
+                    .chain(mixing)
                 {
                     let config = ModelConfig { patch, kernel, ..config };
                     let graph = decoded(config, form, Extent::Dynamic).graph.unwrap();

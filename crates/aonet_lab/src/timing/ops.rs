@@ -4,6 +4,7 @@ use super::searches::{FILTER_FLOP, search_cost};
 use super::time_steps;
 use aonet::Size;
 use aonet::internals::kernel::TAPS;
+use aonet::internals::neighbours;
 use aonet::internals::plan::{Buffer, BufferId, ConvStep, HeadStep, Plan, Resample, Source, Step};
 use aonet::net::cpu::Options;
 use aonet::net::{KernelWeights, Model, SearchConfig};
@@ -171,14 +172,15 @@ impl Counted<'_> {
     }
 
     fn head(&self, head: &HeadStep) -> OpCost {
-        let HeadStep { ref name, input, guide, kernel, base, .. } = *head;
+        let HeadStep { ref name, input, guide, kernel, ref neighbours, base, .. } = *head;
         let cells = &self.plan.buffers[input];
         let outputs = self.model.weights().get(&format!("{name}.bias")).values.len();
         let taps = match kernel {
             KernelWeights::Off => 0,
             KernelWeights::Linear | KernelWeights::Softmax => TAPS,
         };
-        let macs = cells.channels * outputs * cells.width * cells.height + taps * self.pixels();
+        let weighed = taps + neighbours::count(neighbours);
+        let macs = cells.channels * outputs * cells.width * cells.height + weighed * self.pixels();
         // The guide where kernels weigh it, the corrected visibility, depths for the background, the image.
         let bytes = self.bytes(input)
             + if taps > 0 { self.bytes(guide) } else { 0 }

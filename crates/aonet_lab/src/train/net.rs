@@ -4,6 +4,7 @@ use super::flex_ops;
 use super::samples::sampled;
 use aonet::internals::graph::{Activation, Graph, LEAKY_SLOPE, Op};
 use aonet::internals::kernel::{FIRST_TAP, GUIDE_CHANNELS, TAPS, WINDOW};
+use aonet::internals::neighbours::{self, MAX_DISTANCE};
 use aonet::internals::weights::Weights;
 use aonet::net::{Channel, KernelWeights, SearchConfig};
 use burn::tensor::activation::{leaky_relu, softmax};
@@ -84,7 +85,9 @@ pub(crate) fn forward(
                 Kernels::Framework => upsample_axis(upsample_axis(of(input), 2), 3),
             },
             Op::Concat { first, second } => Tensor::cat(vec![of(first), of(second)], 1),
-            Op::Correct { search, correction, .. } => correct(of(search), of(correction)),
+            Op::Correct { search, correction, neighbours, .. } => {
+                correct(of(search), of(correction), neighbours)
+            }
             Op::KernelPredict { kernels, guide, patch, weights } => {
                 kernel_predict((of(kernels), of(guide)), *patch, *weights, by)
             }
@@ -114,14 +117,31 @@ fn found(graph: &Graph, search: SearchConfig, planes: &Tensor<4>) -> Tensor<4> {
 }
 
 /// See [`Op::Correct`].
-fn correct(search: Tensor<4>, correction: Tensor<4>) -> Tensor<4> {
-    let planes = correction.dims()[1];
-    let sum = search.clone().narrow(1, 0, 1) + correction.clone().narrow(1, 0, 1);
-    if planes == 1 {
-        return sum;
+fn correct(search: Tensor<4>, correction: Tensor<4>, distances: &[usize]) -> Tensor<4> {
+    let planes = correction.dims()[1] - neighbours::count(distances);
+    let visibility = search.clone().narrow(1, 0, 1);
+    let mut sum = visibility.clone() + correction.clone().narrow(1, 0, 1);
+    if planes > 1 {
+        let shares = search.narrow(1, 1, planes - 1) * correction.clone().narrow(1, 1, planes - 1);
+        sum = sum + shares.sum_dim(1);
     }
-    let shares = search.narrow(1, 1, planes - 1) * correction.narrow(1, 1, planes - 1);
-    sum + shares.sum_dim(1)
+    if !distances.is_empty() {
+        let weights = correction.narrow(1, planes, neighbours::count(distances));
+        let mixed = weights * differences(visibility, distances);
+        sum = sum + mixed.sum_dim(1) * neighbours::UNIT;
+    }
+    sum
+}
+
+/// What neighbours have more than a pixel: a channel for each.
+fn differences(plane: Tensor<4>, distances: &[usize]) -> Tensor<4> {
+    let [_, _, height, width] = plane.dims();
+    let padded = repeat_edge(plane.clone(), (MAX_DISTANCE, MAX_DISTANCE));
+    let difference = |[down, right]: [isize; 2]| {
+        let [top, left] = [down, right].map(|offset| MAX_DISTANCE.saturating_add_signed(offset));
+        padded.clone().narrow(2, top, height).narrow(3, left, width) - plane.clone()
+    };
+    Tensor::cat(neighbours::offsets(distances).into_iter().map(difference).collect(), 1)
 }
 
 /// A convolution with its parameters.

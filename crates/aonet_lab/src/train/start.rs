@@ -1,7 +1,8 @@
 //! Weights that a run starts from, for a network that sees or says more than theirs did, or has fewer channels.
 
+use aonet::internals::neighbours;
 use aonet::internals::weights::Tensor;
-use aonet::net::{Arch, Channel, Model, ModelConfig, Output, SearchConfig, Skips};
+use aonet::net::{Arch, Channel, KernelWeights, Model, ModelConfig, Output, SearchConfig, Skips};
 use aonet::search::Share;
 use std::collections::BTreeMap;
 
@@ -38,17 +39,43 @@ pub(super) fn fitted(config: &ModelConfig, start: &Model) -> BTreeMap<String, Te
         });
         *tensor = mixed(tensor, &before, &parts.collect::<Vec<_>>());
     }
-    if config.output == Output::Shares && start.config().output == Output::Correction {
-        // Its planes come one after the other, the correction first.
-        let planes = config.search.map_or(1, |search| search.planes());
+    if let (Some(before), Some(after)) = (head_planes(start.config()), head_planes(config))
+        && before != after
+    {
         for name in ["head.weight", "head.bias"] {
             if let Some(tensor) = tensors.get_mut(name) {
-                tensor.shape[0] *= planes;
-                tensor.values.resize(tensor.values.len() * planes, 0.0);
+                *tensor = with_planes(tensor, before, after);
             }
         }
     }
     tensors
+}
+
+/// Planes of the head of a network that corrects a search: the correction and weights of shares, and weights of neighbours.
+fn head_planes(config: &ModelConfig) -> Option<[usize; 2]> {
+    let shares = match config.output {
+        Output::Visibility => return None,
+        Output::Correction => 1,
+        Output::Shares => config.search.map_or(1, |search| search.planes()),
+    };
+    (config.kernel == KernelWeights::Off).then(|| [shares, neighbours::count(&config.neighbours)])
+}
+
+/// A head's tensor with other planes, the new ones zeros. Planes come one after the other.
+fn with_planes(tensor: &Tensor, before: [usize; 2], after: [usize; 2]) -> Tensor {
+    let of_plane = tensor.values.len() / (before[0] + before[1]);
+    let mut values = Vec::with_capacity(of_plane * (after[0] + after[1]));
+    let mut rest = &tensor.values[..];
+    for (had, has) in before.into_iter().zip(after) {
+        let (own, others) = rest.split_at(had * of_plane);
+        let kept = own.len().min(has * of_plane);
+        values.extend(&own[..kept]);
+        values.resize(values.len() + has * of_plane - kept, 0.0);
+        rest = others;
+    }
+    let mut shape = tensor.shape.clone();
+    shape[0] = shape[0] / (before[0] + before[1]) * (after[0] + after[1]);
+    Tensor { shape, values }
 }
 
 /// The tensors of `start`, without the weakest channels of the convolutions that are narrower in `config`; as they are if the networks differ in

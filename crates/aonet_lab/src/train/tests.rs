@@ -135,8 +135,10 @@ fn the_trainer_agrees_with_the_oracle_about_searches() {
         ..ours.clone()
     };
     let whole = ModelConfig { patch: 1, ..shares.clone() };
+    let mixing = ModelConfig { neighbours: vec![1, 3], ..ours.clone() };
+    let mixing_shares = ModelConfig { neighbours: vec![2], ..shares.clone() };
     let unseen_shares = ModelConfig { features: Features::normal(), ..shares.clone() };
-    for config in [ours, unseen, uncorrected, kernels, shares, whole, unseen_shares] {
+    for config in [ours, unseen, uncorrected, kernels, shares, whole, unseen_shares, mixing, mixing_shares] {
         let search = config.search.expect("a search");
         let sampled = samples::sampled(config.features.clone(), config.search);
         let model = model(config, 3);

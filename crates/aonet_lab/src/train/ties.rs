@@ -7,6 +7,7 @@
 
 use super::optimizer::Gradients;
 use aonet::internals::graph::{Activation, Graph, Op};
+use aonet::internals::neighbours;
 use aonet::internals::weights::{Tensor, Weights};
 use aonet::net::{Axis, Channel, ModelConfig};
 use aonet_scene::error::{Error, Result};
@@ -39,7 +40,7 @@ impl Ties {
                         // The head: its channels are pixels of the image.
                         Activation::Linear => {
                             let planes = node.channels / (config.patch * config.patch);
-                            partitioned(&unchanged(planes), config.patch)
+                            partitioned(&head_planes(planes, &config.neighbours), config.patch)
                         }
                     };
                     partners.insert(format!("{name}.weight"), of_filters(&outputs, &values[*input], *size));
@@ -92,6 +93,17 @@ impl Ties {
 
 fn unchanged(count: usize) -> Mirrored {
     (0..count).map(|place| (place, 1.0)).collect()
+}
+
+/// The planes of a head: neighbours on the left become those on the right.
+fn head_planes(count: usize, distances: &[usize]) -> Mirrored {
+    let offsets = neighbours::offsets(distances);
+    let first = count - offsets.len();
+    let partner = |[down, right]: &[isize; 2]| {
+        let place = offsets.iter().position(|offset| *offset == [*down, -right]);
+        (first + place.expect("squares are symmetric"), 1.0)
+    };
+    unchanged(first).into_iter().chain(offsets.iter().map(partner)).collect()
 }
 
 fn swapped(count: usize) -> Mirrored {
@@ -209,7 +221,8 @@ mod tests {
             kernel: aonet::net::KernelWeights::Off,
             ..small(ModelConfig::paper())
         };
-        for config in [surveyed, shares] {
+        let mixing = ModelConfig { neighbours: vec![1, 3], ..small(ModelConfig::correcting()) };
+        for config in [surveyed, shares, mixing] {
             let (difference, range) = asymmetry(&config, false);
             assert!(range > 0.1 && difference < 1e-5 * range, "{config:?}: {difference} of {range}");
             let (difference, _) = asymmetry(&config, true);

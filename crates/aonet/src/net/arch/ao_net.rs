@@ -3,6 +3,7 @@
 use super::Conv;
 use crate::net::config::{KernelWeights, ModelConfig, Output, Skips};
 use crate::net::graph::{Graph, Op, ValueId};
+use crate::net::neighbours;
 
 /// Builds the graph of a checked configuration.
 pub(crate) fn build(config: &ModelConfig) -> Graph {
@@ -37,6 +38,7 @@ pub(crate) fn build(config: &ModelConfig) -> Graph {
                 (Output::Shares, Some(search)) => search.planes(),
                 _ => 1,
             };
+            let planes = planes + neighbours::count(&config.neighbours);
             let x = Conv::head(patch * patch * planes).push(&mut graph, x);
             if patch > 1 { graph.push(Op::PatchMerge { input: x, patch }, 0) } else { x }
         }
@@ -48,7 +50,8 @@ pub(crate) fn build(config: &ModelConfig) -> Graph {
     };
     match (config.output, inputs.search) {
         (Output::Correction | Output::Shares, Some(search)) => {
-            graph.push(Op::Correct { search, correction: x, smooth: config.smooth }, 0);
+            let (neighbours, smooth) = (config.neighbours.clone(), config.smooth);
+            graph.push(Op::Correct { search, correction: x, neighbours, smooth }, 0);
         }
         (Output::Correction | Output::Shares, None) => {
             unreachable!("a checked configuration has a search to correct")

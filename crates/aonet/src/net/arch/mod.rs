@@ -153,6 +153,11 @@ mod tests {
         let unfiltered = SearchConfig::Agtao(AgtaoParams { denoise_passes: 0, ..AgtaoParams::default() });
         let unfiltered = ModelConfig { search: Some(unfiltered), ..ModelConfig::correcting() };
         assert!(smooth(unfiltered).contains("denoise_passes above 0"));
+        let mixing = |neighbours, c: ModelConfig| error(ModelConfig { neighbours, ..c });
+        for distances in [vec![3, 1], vec![0], vec![9], vec![1, 1], vec![1, 2, 3, 4, 5]] {
+            assert!(mixing(distances, ModelConfig::correcting()).contains("increasing distances"));
+        }
+        assert!(mixing(vec![1], paper()).contains("neighbours"));
         let of_baseline = ModelConfig {
             survey: Some(ArcsParams { denoise_passes: 0, ..ArcsParams::default() }),
             ..ModelConfig::deep_ao()

@@ -37,6 +37,8 @@ pub(super) struct ConfigFile {
     #[serde(default)]
     skips: Skips,
     #[serde(default)]
+    neighbours: Vec<usize>,
+    #[serde(default)]
     smooth: bool,
 }
 
@@ -83,6 +85,7 @@ impl TryFrom<ConfigFile> for ModelConfig {
             encoder: file.encoder,
             decoder: file.decoder,
             skips: file.skips,
+            neighbours: file.neighbours,
             smooth: file.smooth,
         })
     }
@@ -116,7 +119,8 @@ mod tests {
 
     #[test]
     fn configurations_round_trip() {
-        for written in [ModelConfig::paper(), ModelConfig::balanced(), ModelConfig::deep_shading()] {
+        let mixing = ModelConfig { neighbours: vec![1, 3], ..ModelConfig::balanced() };
+        for written in [ModelConfig::paper(), ModelConfig::balanced(), mixing, ModelConfig::deep_shading()] {
             let json = serde_json::to_string(&written).unwrap();
             assert_eq!(config(&json).unwrap(), written, "{json}");
         }

@@ -6,6 +6,7 @@ mod search;
 
 use crate::error::{Error, Result};
 use crate::net::kernel::TAPS;
+use crate::net::neighbours::{MAX_DISTANCE, MAX_DISTANCES};
 use crate::search::ArcsParams;
 use serde::{Deserialize, Serialize};
 
@@ -99,6 +100,11 @@ pub struct ModelConfig {
     pub decoder: Vec<usize>,
     /// Skip connections.
     pub skips: Skips,
+    /// Distances at which the network weighs neighbours (px), increasing: at each, eight pixels on a square around a pixel. It adds the weighted
+    /// differences of what the search found there to what it found at the pixel: a filter that the network steers. Kernel prediction, as of
+    /// Bako et al. 2017. Needs [`Output::Correction`] or [`Output::Shares`], and no [`kernel`](Self::kernel).
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub neighbours: Vec<usize>,
     /// Whether the filter of the search also runs over the image. With [`Output::Correction`] it smooths what the network adds, because
     /// pixels of one patch get similar corrections on both sides of a silhouette, and settles what the search found. With [`Output::Shares`]
     /// it settles the image. To settle is to remove differences from the neighbours' mean that are small, up to 0.02: they are noise of the
@@ -125,6 +131,7 @@ impl ModelConfig {
             encoder: vec![32, 48, 64, 96],
             decoder: vec![64, 48, 32],
             skips: Skips::Concat,
+            neighbours: vec![],
             smooth: false,
         }
     }
@@ -142,6 +149,7 @@ impl ModelConfig {
             encoder: vec![8, 16, 32, 64, 128, 256],
             decoder: vec![128, 64, 32, 16, 1],
             skips: Skips::Concat,
+            neighbours: vec![],
             smooth: false,
         }
     }
@@ -214,6 +222,7 @@ impl ModelConfig {
         self.check_features()?;
         self.check_search()?;
         self.check_survey()?;
+        self.check_neighbours()?;
         self.check_smooth()?;
         let published = match self.arch {
             Arch::AoNet => return Ok(self),
@@ -251,6 +260,24 @@ impl ModelConfig {
             Some(Ok(passes)) => Err(Error::config("survey", "denoise_passes 0: it has no filter", passes)),
             Some(Err(error)) => Err(error),
         }
+    }
+
+    fn check_neighbours(&self) -> Result<()> {
+        let distances = &self.neighbours;
+        if distances.is_empty() {
+            return Ok(());
+        }
+        let increasing =
+            distances.is_sorted_by(|a, b| a < b) && distances.iter().all(|d| (1..=MAX_DISTANCE).contains(d));
+        if !increasing || distances.len() > MAX_DISTANCES {
+            let expected = format!("at most {MAX_DISTANCES} increasing distances of 1 to {MAX_DISTANCE} px");
+            return Err(Error::config("neighbours", expected, format!("{distances:?}")));
+        }
+        if self.output == Output::Visibility || self.kernel != KernelWeights::Off {
+            let found = format!("{:?} and {:?}", self.output, self.kernel);
+            return Err(Error::config("neighbours", "output correction or shares, and kernel off", found));
+        }
+        Ok(())
     }
 
     fn check_smooth(&self) -> Result<()> {

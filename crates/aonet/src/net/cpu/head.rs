@@ -6,7 +6,7 @@ use super::dot::{Dot, DotKernel};
 use super::guide_window::GuideWindow;
 use super::head_weights::{HeadWeights, VECTORS};
 use super::kernel_predict::Tile;
-use super::patch_merge::Lines;
+use super::patch_merge::{Base, Lines};
 use super::precision::Arithmetic;
 use super::recipe::Recipe;
 use crate::error::Result;
@@ -72,7 +72,14 @@ impl DotKernel for HeadBand<'_> {
         let depth = &self.gbuffer.depth()[band.first * row_len..];
         for (i, (image, depth)) in band.values.chunks_mut(row_len).zip(depth.chunks(row_len)).enumerate() {
             let y = band.first + i;
-            let base = self.base.map(|(base, stride)| (&base[y * patch * stride..], stride));
+            let (planes, neighbours) = (weights.planes, &weights.neighbours[..]);
+            let base = self.base.map(|(found, row_len)| Base {
+                found,
+                row_len,
+                first: y * patch,
+                planes,
+                neighbours,
+            });
             let mut lines = Lines { image, depth, base, width };
             let features = &self.input[y * weights.input.row_len()..][..weights.input.row_len()];
             for x in (0..cells).step_by(VECTORS * D::Simd::LANES) {

@@ -4,6 +4,7 @@ use super::packing::{self, Steps};
 use super::recipe::{Parameters, Recipe};
 use crate::error::Result;
 use crate::net::config::KernelWeights;
+use crate::net::neighbours;
 use crate::net::plan::{Buffer, HeadStep};
 use crate::simd::aligned::Aligned;
 
@@ -19,8 +20,10 @@ pub(super) struct HeadWeights {
     /// Side of a patch (px).
     pub(super) patch: usize,
     pub(super) kernel: KernelWeights,
-    /// Values for each pixel.
+    /// Values for each pixel, but for the weights of neighbours.
     pub(super) planes: usize,
+    /// Rows and columns to the neighbours.
+    pub(super) neighbours: Vec<[isize; 2]>,
     /// By group of outputs, word of input channels, output of the group.
     pub(super) weights: Aligned,
     /// What a sum is worth, for each output, whole groups.
@@ -33,13 +36,12 @@ impl HeadWeights {
     /// # Errors
     /// When there is not enough memory, or the ranges of integers are not known.
     pub(super) fn new(recipe: &Recipe<'_>, step: &HeadStep) -> Result<Self> {
-        let HeadStep { name, patch, kernel, planes, .. } = step;
-        let (patch, kernel, planes) = (*patch, *kernel, *planes);
+        let HeadStep { ref name, patch, kernel, planes, .. } = *step;
         let arithmetic = recipe.arithmetic;
         let Parameters { weight, bias } = recipe.parameters(name);
         let steps = recipe.steps(step.input, arithmetic)?;
         let input = recipe.plan.buffers[step.input].clone();
-        let outputs = patch * patch * planes * kernel.outputs_per_pixel();
+        let outputs = step.outputs();
         let group = arithmetic.accumulators() / VECTORS;
         let padded = outputs.next_multiple_of(group);
         let words = input.channels.div_ceil(arithmetic.packed());
@@ -55,6 +57,7 @@ impl HeadWeights {
                 weights[first + w * group] = packing::word(arithmetic, numbers.iter().copied());
             }
         }
-        Ok(Self { input, steps, patch, kernel, planes, weights, scales, biases })
+        let neighbours = neighbours::offsets(&step.neighbours);
+        Ok(Self { input, steps, patch, kernel, planes, neighbours, weights, scales, biases })
     }
 }

@@ -218,7 +218,7 @@ impl Tile<'_> {
 
 /// Values of a cell.
 fn values_of(head: &HeadWeights) -> usize {
-    head.patch * head.patch * head.planes
+    head.patch * head.patch * (head.planes + head.neighbours.len())
 }
 
 /// Channels of the head's input, whole blocks.

@@ -1,6 +1,7 @@
 //! From the pixels of patches to rows of the image. See [`crate::net::graph::Op::PatchMerge`].
 
 use super::head_weights::VECTORS;
+use crate::net::neighbours::UNIT;
 use crate::net::plan::CHANNEL_BLOCK;
 use std::slice::ChunksExact;
 
@@ -18,13 +19,28 @@ pub(super) struct Cells<'a> {
     pub(super) patch: usize,
 }
 
+/// What a search found, and what corrects it. See [`crate::net::graph::Op::Correct`].
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Base<'a> {
+    /// Of the frame, plane by plane in every line.
+    pub(super) found: &'a [f32],
+    /// Values from one line to the next.
+    pub(super) row_len: usize,
+    /// The line of the frame that is the first one here.
+    pub(super) first: usize,
+    /// The correction, and weights of shares.
+    pub(super) planes: usize,
+    /// Rows and columns to the neighbours, whose weights follow.
+    pub(super) neighbours: &'a [[isize; 2]],
+}
+
 /// The lines of pixels of a row of cells.
 pub(super) struct Lines<'a> {
     /// Where the visibility is written.
     pub(super) image: &'a mut [f32],
     pub(super) depth: &'a [f32],
-    /// What a search found, if it is corrected, plane by plane in every line, and the number of values from one line to the next.
-    pub(super) base: Option<(&'a [f32], usize)>,
+    /// What a search found, if it is corrected.
+    pub(super) base: Option<Base<'a>>,
     /// Of a line (px).
     pub(super) width: usize,
 }
@@ -40,18 +56,8 @@ impl Lines<'_> {
         for (dy, (line, depth)) in lines.enumerate() {
             let (line, depth) = (&mut line[first..last], &depth[first..last]);
             cells.write(0, dy, line);
-            if let Some((base, stride)) = self.base {
-                let planes = base[dy * stride..].chunks(width).take(cells.planes());
-                for (plane, found) in planes.enumerate() {
-                    let pairs = line.iter_mut().zip(&found[first..last]);
-                    if plane == 0 {
-                        pairs.for_each(|(value, found)| *value += found);
-                        continue;
-                    }
-                    let mut weights = [0.0; MOST_PIXELS];
-                    cells.write(plane, dy, &mut weights[..last - first]);
-                    pairs.zip(&weights).for_each(|((value, share), weight)| *value += share * weight);
-                }
+            if let Some(base) = self.base {
+                base.correct(line, (first, width), (cells, dy));
             }
             for (value, depth) in line.iter_mut().zip(depth) {
                 // NaN, from weights so large that sums overflow, becomes 0.
@@ -62,13 +68,58 @@ impl Lines<'_> {
     }
 }
 
-impl Cells<'_> {
-    /// Planes of values.
+impl Base<'_> {
+    /// Makes visibility of the correction in line `dy` of cells, from column `first` of the frame on.
     #[inline(always)]
-    fn planes(&self) -> usize {
-        self.values.len() / (self.patch * self.patch * self.count)
+    fn correct(&self, line: &mut [f32], (first, width): (usize, usize), (cells, dy): (&Cells<'_>, usize)) {
+        let count = line.len();
+        let own = &self.found[(self.first + dy) * self.row_len..];
+        let here = &own[first..first + count];
+        line.iter_mut().zip(here).for_each(|(value, found)| *value += found);
+        if self.planes == 1 && self.neighbours.is_empty() {
+            return;
+        }
+        let (mut weights, mut beside) = ([0.0; MOST_PIXELS], [0.0; MOST_PIXELS]);
+        let weights = &mut weights[..count];
+        for plane in 1..self.planes {
+            cells.write(plane, dy, weights);
+            let shares = &own[plane * width + first..][..count];
+            let pairs = line.iter_mut().zip(shares).zip(&*weights);
+            pairs.for_each(|((value, share), weight)| *value += share * weight);
+        }
+        for (k, [down, right]) in self.neighbours.iter().enumerate() {
+            cells.write(self.planes + k, dy, weights);
+            let there =
+                self.neighbour((self.first + dy, first), [*down, *right], width, &mut beside[..count]);
+            let pairs = line.iter_mut().zip(there.iter().zip(here)).zip(&*weights);
+            pairs.for_each(|((value, (there, here)), weight)| *value += UNIT * weight * (there - here));
+        }
     }
 
+    /// What the search found `down` and `right` of pixels of a row, from column `first` on; edges repeat.
+    #[inline(always)]
+    fn neighbour<'a>(
+        &'a self,
+        (row, first): (usize, usize),
+        [down, right]: [isize; 2],
+        width: usize,
+        beside: &'a mut [f32],
+    ) -> &'a [f32] {
+        let rows = self.found.len() / self.row_len;
+        let row = row.saturating_add_signed(down).min(rows - 1);
+        let line = &self.found[row * self.row_len..][..width];
+        let from = first.checked_add_signed(right);
+        if let Some(inside) = from.and_then(|from| line.get(from..from + beside.len())) {
+            return inside;
+        }
+        for (i, value) in beside.iter_mut().enumerate() {
+            *value = line[(first + i).saturating_add_signed(right).min(width - 1)];
+        }
+        beside
+    }
+}
+
+impl Cells<'_> {
     /// Writes line `dy` of the patches of a plane.
     #[inline(always)]
     fn write(&self, plane: usize, dy: usize, line: &mut [f32]) {

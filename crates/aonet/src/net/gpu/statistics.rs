@@ -180,7 +180,7 @@ fn what_a_compiler_makes_of_the_shaders() {
                     format!("head, {cells} cells, {precision}"),
                     head::kind::shader(
                         by,
-                        HeadKind { patch: 4, kernel: KernelWeights::Linear, planes: 1 },
+                        &HeadKind { patch: 4, kernel: KernelWeights::Linear, planes: 1, neighbours: vec![] },
                         cells,
                     ),
                 )

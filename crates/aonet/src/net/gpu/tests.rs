@@ -337,6 +337,7 @@ fn check_head(on: &[On], case: HeadCase) {
             patch,
             kernel,
             planes: values,
+            neighbours: vec![],
             base: None,
         };
         let head = Head::new(on.arithmetic, &plan, &weights, &step);

@@ -82,13 +82,24 @@ fn every_shader_is_valid() {
             }
             for patch in [1, 2, 4, 8] {
                 for kernel in [Off, Linear, Softmax] {
-                    let shader = head::kind::shader(by, HeadKind { patch, kernel, planes: 1 }, rows);
+                    let shader = head::kind::shader(
+                        by,
+                        &HeadKind { patch, kernel, planes: 1, neighbours: vec![] },
+                        rows,
+                    );
                     validate(shader.source(), &format!("head {patch} {kernel:?}"));
                 }
-                let weights = head::kind::shader(by, HeadKind { patch, kernel: Off, planes: 6 }, rows);
-                validate(weights.source(), &format!("head {patch}, weights of shares"));
+                for neighbours in [vec![], vec![1, 3]] {
+                    let what = format!("head {patch}, weights of shares, neighbours at {neighbours:?}");
+                    let kind = HeadKind { patch, kernel: Off, planes: 6, neighbours };
+                    validate(head::kind::shader(by, &kind, rows).source(), &what);
+                }
                 for (matrices, kernel) in MATRICES.into_iter().zip([Linear, Softmax].into_iter().cycle()) {
-                    let shader = head_matrix::shader(matrices, 64, HeadKind { patch, kernel, planes: 1 });
+                    let shader = head_matrix::shader(
+                        matrices,
+                        64,
+                        &HeadKind { patch, kernel, planes: 1, neighbours: vec![] },
+                    );
                     validate(shader.source(), &format!("head {patch} {matrices:?}"));
                 }
             }

@@ -20,6 +20,7 @@ use crate::net::config::KernelWeights;
 use crate::net::graph::{Activation, LEAKY_SLOPE, Op};
 use crate::net::kernel::{FIRST_TAP, GUIDE_CHANNELS, TAPS, WINDOW};
 use crate::net::model::Model;
+use crate::net::neighbours;
 use crate::search::{AgtaoParams, ArcsParams, KEEP, Pass};
 
 pub use features::features;
@@ -199,7 +200,9 @@ pub fn evaluate(model: &Model, inputs: &Inputs) -> Planes {
             Op::AvgPool2 { input } => avg_pool2(&values[*input]),
             Op::Upsample2 { input } => upsample2(&values[*input]),
             Op::Concat { first, second } => concat(&values[*first], &values[*second]),
-            Op::Correct { search, correction, .. } => correct(&values[*search], &values[*correction]),
+            Op::Correct { search, correction, neighbours, .. } => {
+                correct(&values[*search], &values[*correction], neighbours)
+            }
             Op::KernelPredict { kernels, guide, patch, weights } => {
                 kernel_predict(&values[*kernels], &values[*guide], *patch, *weights)
             }
@@ -279,11 +282,17 @@ pub fn concat(first: &Planes, second: &Planes) -> Planes {
 }
 
 /// See [`Op::Correct`].
-pub fn correct(search: &Planes, correction: &Planes) -> Planes {
+pub fn correct(search: &Planes, correction: &Planes, distances: &[usize]) -> Planes {
+    let offsets = neighbours::offsets(distances);
+    let planes = correction.channels - offsets.len();
     Planes::from_fn((1, search.height, search.width), |_, y, x| {
         let (y, x) = (y as isize, x as isize);
-        let weighed = (1..correction.channels).map(|c| correction.at(c, y, x) * search.at(c, y, x));
-        search.at(0, y, x) + correction.at(0, y, x) + weighed.sum::<f32>()
+        let weighed = (1..planes).map(|c| correction.at(c, y, x) * search.at(c, y, x));
+        let mixed = offsets.iter().zip(planes..).map(|([down, right], c)| {
+            let difference = search.at(0, y + down, x + right) - search.at(0, y, x);
+            neighbours::UNIT * correction.at(c, y, x) * difference
+        });
+        search.at(0, y, x) + correction.at(0, y, x) + weighed.chain(mixed).sum::<f32>()
     })
 }
 

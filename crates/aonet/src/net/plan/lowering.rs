@@ -5,6 +5,7 @@ use super::step::{ConvStep, HeadStep, Resample, Source, Step};
 use crate::frame::size::Size;
 use crate::net::config::{KernelWeights, SearchConfig};
 use crate::net::graph::{Activation, Graph, Op, SURVEYED, ValueId};
+use crate::net::neighbours;
 use crate::search::{ArcsParams, BENT_PLANES, KEEP, Pass};
 
 /// What a node of the graph became: where its value is.
@@ -161,9 +162,9 @@ impl<'a> Lowering<'a> {
             Op::KernelPredict { kernels, patch, weights, .. } => {
                 self.head(&values[*kernels], (*patch, 1), *weights)
             }
-            Op::Correct { search, correction, smooth } => {
-                let planes = self.graph.nodes()[*correction].channels;
-                let found = self.correct(&values[*search], &values[*correction], planes);
+            Op::Correct { search, correction, neighbours, smooth } => {
+                let planes = self.graph.nodes()[*correction].channels - neighbours::count(neighbours);
+                let found = self.correct(&values[*search], &values[*correction], (planes, neighbours));
                 if *smooth {
                     self.smooth(*search, (planes == 1).then_some(found));
                 }
@@ -219,12 +220,26 @@ impl<'a> Lowering<'a> {
         self.read(*input);
         self.read(guide);
         let (name, input) = (name.clone(), *input);
-        self.steps.push(Step::Head(HeadStep { name, input, guide, patch, kernel, planes, base: None }));
+        self.steps.push(Step::Head(HeadStep {
+            name,
+            input,
+            guide,
+            patch,
+            kernel,
+            planes,
+            neighbours: vec![],
+            base: None,
+        }));
         Lowered::Image
     }
 
     /// Lets the head correct what the search found; returns where that is.
-    fn correct(&mut self, search: &Lowered, correction: &Lowered, planes: usize) -> BufferId {
+    fn correct(
+        &mut self,
+        search: &Lowered,
+        correction: &Lowered,
+        (planes, neighbours): (usize, &[usize]),
+    ) -> BufferId {
         if matches!(correction, Lowered::Head { .. }) {
             self.head(correction, (1, planes), KernelWeights::Off);
         }
@@ -233,6 +248,8 @@ impl<'a> Lowering<'a> {
             panic!("a correction comes from the head")
         };
         head.base = Some(found);
+        head.planes = planes;
+        head.neighbours = neighbours.to_vec();
         self.buffers[found].live.last = self.steps.len() - 1;
         found
     }

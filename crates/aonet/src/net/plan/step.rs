@@ -5,6 +5,7 @@ use crate::net::config::{KernelWeights, SearchConfig};
 use crate::net::graph::Activation;
 #[cfg(doc)]
 use crate::net::graph::Op;
+use crate::net::neighbours;
 use crate::search::{ArcsParams, Pass};
 
 /// How a convolution reads a buffer.
@@ -59,8 +60,18 @@ pub struct HeadStep {
     pub kernel: KernelWeights,
     /// Values for each pixel: 1, or those of a correction with weights of shares.
     pub planes: usize,
+    /// Distances of the neighbours whose weights it has besides (px). See [`Op::Correct`].
+    pub neighbours: Vec<usize>,
     /// An image: what the search found, where the network corrects it.
     pub base: Option<BufferId>,
+}
+
+impl HeadStep {
+    /// Outputs of the convolution.
+    pub(crate) fn outputs(&self) -> usize {
+        let planes = self.planes + neighbours::count(&self.neighbours);
+        self.patch * self.patch * planes * self.kernel.outputs_per_pixel()
+    }
 }
 
 /// One pass over an image.

@@ -123,14 +123,15 @@ fn of_step(model: &Model, plan: &Plan, step: &Step, precision: Precision) -> Pas
         }
         // Activations and weights; these are counted as f32.
         Step::Conv(ConvStep { name, .. }) => cost(name, counted.flop, counted.bytes * real / 4.0),
-        Step::Head(HeadStep { name, input, guide, kernel, planes, .. }) => {
+        Step::Head(HeadStep { name, input, guide, kernel, planes, neighbours, .. }) => {
             let guide = match kernel {
                 KernelWeights::Off => 0.0,
                 KernelWeights::Linear | KernelWeights::Softmax => bytes(*guide),
             };
             let weights = model.weights().get(&format!("{name}.weight")).values.len() as f64 * real;
             let raw = (plan.padded.pixels() * planes) as f64 * VISIBILITY;
-            cost("head", counted.flop, bytes(*input) + guide + weights + raw)
+            let found = if neighbours.is_empty() { 0.0 } else { VISIBILITY * pixels };
+            cost("head", counted.flop, bytes(*input) + guide + weights + found + raw)
         }
         Step::Image { input } => {
             // The first of each block of four channels.

@@ -12,6 +12,7 @@ use crate::net::cpu::winograd::Winograd;
 use crate::net::graph::{Activation, Graph, Op};
 use crate::net::model::Ranges;
 use crate::net::naive::{self, Planes};
+use crate::net::neighbours;
 use crate::net::plan::{Buffer, ConvStep, HALO, HeadStep, Layout, Lifetime, Plan, Resample, Source};
 use crate::net::weights::{Tensor, Weights};
 use crate::simd::aligned::Aligned;
@@ -255,11 +256,13 @@ struct HeadCase {
     patch: usize,
     kernel: KernelWeights,
     output: Output,
+    /// Distances of neighbours (px).
+    neighbours: &'static [usize],
     size: Size,
 }
 
 fn check_head(case: HeadCase) {
-    let HeadCase { channels, patch, kernel, output, size } = case;
+    let HeadCase { channels, patch, kernel, output, neighbours, size } = case;
     let values = if output == Output::Shares { 3 } else { 1 };
     let (width, height) = (size.width(), size.height());
     let cells = (height.div_ceil(patch), width.div_ceil(patch));
@@ -272,8 +275,8 @@ fn check_head(case: HeadCase) {
     ]);
     let padded = Size::px(cells.1 * patch, cells.0 * patch);
     let plan = Plan { size: Size::px(width, height), padded, buffers, steps: vec![], arena_len };
-    let taps = kernel.outputs_per_pixel();
-    let weights = weights([patch * patch * taps * values, channels, 1, 1]);
+    let outputs = (values + neighbours::count(neighbours)) * kernel.outputs_per_pixel();
+    let weights = weights([patch * patch * outputs, channels, 1, 1]);
     let [w, b] = ["conv.weight", "conv.bias"].map(|name| &weights.get(name).values[..]);
     let kernels = naive::conv(&features, (w, b, 1), Activation::Linear);
     // Row by row, plane by plane.
@@ -287,8 +290,11 @@ fn check_head(case: HeadCase) {
     let raw = match output {
         Output::Visibility => raw,
         Output::Correction | Output::Shares => {
-            let found = |c: usize, y: usize, x: usize| base.get((y * values + c) * width + x).unwrap_or(&0.0);
-            naive::correct(&Planes::from_fn((values, raw.height, raw.width), |c, y, x| *found(c, y, x)), &raw)
+            // Edges of the frame repeat.
+            let (last, right) = (height - 1, width - 1);
+            let found =
+                |c: usize, y: usize, x: usize| base[(y.min(last) * values + c) * width + x.min(right)];
+            naive::correct(&Planes::from_fn((values, raw.height, raw.width), found), &raw, neighbours)
         }
     };
     let gbuffer = wall(width, height);
@@ -303,7 +309,9 @@ fn check_head(case: HeadCase) {
     let check = |arithmetic: Arithmetic, unwritten: f32, max_nmse: f64| {
         let recipe = Recipe { plan: &plan, weights: &weights, arithmetic, ranges: Some(&ranges) };
         let name = "conv".to_owned();
-        let step = HeadStep { name, input: 0, guide: 1, patch, kernel, planes: values, base: corrected };
+        let neighbours = neighbours.to_vec();
+        let step =
+            HeadStep { name, input: 0, guide: 1, patch, kernel, planes: values, neighbours, base: corrected };
         let head = Head::new(&recipe, &step).unwrap();
         let mut arena = Aligned::zeros(arena_len).unwrap();
         arena.fill(unwritten);
@@ -336,14 +344,22 @@ fn heads() {
                 if output == Output::Shares && kernel != Off {
                     continue;
                 }
-                check_head(HeadCase { channels: 5, patch, kernel, output, size: Size::px(70, 11) });
+                let (size, neighbours) = (Size::px(70, 11), &[][..]);
+                check_head(HeadCase { channels: 5, patch, kernel, output, neighbours, size });
+            }
+        }
+        for output in [Output::Correction, Output::Shares] {
+            for (neighbours, size) in
+                [(&[1, 3][..], Size::px(300, 11)), (&[8], Size::px(3, 2)), (&[1, 2, 4, 8], Size::px(70, 5))]
+            {
+                check_head(HeadCase { channels: 5, patch, kernel: Off, output, neighbours, size });
             }
         }
     }
     for (width, height) in [(1, 1), (4, 4), (3, 9), (64, 4), (65, 5), (129, 4), (260, 3)] {
         for (channels, patch) in [(17, 4), (32, 1)] {
             let (output, size) = (Output::Visibility, Size::px(width, height));
-            check_head(HeadCase { channels, patch, kernel: Linear, output, size });
+            check_head(HeadCase { channels, patch, kernel: Linear, output, neighbours: &[], size });
         }
     }
 }

@@ -5,6 +5,8 @@ struct Head {
     size: vec2<u32>,
     /// Of four channels, of the input.
     blocks: u32,
+    /// Pixels, which the cells may exceed, where neighbours are weighed.
+    frame: vec2<u32>,
 }
 
 @group(0) @binding(0) var<uniform> head: Head;

@@ -29,7 +29,7 @@ pub(crate) fn suits(kernels: Kernels, channels: usize, kernel: KernelWeights) ->
 }
 
 /// The shader of kernels for a number of input channels.
-pub(crate) fn shader(matrices: Matrices, channels: usize, kind: HeadKind) -> Shader {
+pub(crate) fn shader(matrices: Matrices, channels: usize, kind: &HeadKind) -> Shader {
     let steps = channels.div_ceil(matrices.side);
     let main = include_str!("kernel_predict_matrix.wgsl")
         .replace("//CELLS", &unrolled(LOAD_CELLS, [steps, 1]))

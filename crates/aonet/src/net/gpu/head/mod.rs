@@ -5,13 +5,14 @@ pub(crate) mod kernel_predict_matrix;
 pub(crate) mod kind;
 
 use crate::gpu::matrices::Matrices;
-use crate::gpu::program::{self, Arithmetic, Binding, Contents, Dispatch, Dispatches, Number, floats};
+use crate::gpu::program::{self, Arithmetic, Binding, Contents, Dispatch, Dispatches, Grid, Number, floats};
 use crate::net::config::KernelWeights;
 use crate::net::gpu::context::Context;
 use crate::net::gpu::grids::Grids;
 use crate::net::gpu::memory::{BLOCK, blocks};
 use crate::net::gpu::tiles;
 use crate::net::kernel::{GUIDE_CHANNELS, TAPS, WINDOW};
+use crate::net::neighbours;
 use crate::net::plan::{BufferId, HeadStep, Plan};
 use crate::net::weights::Weights;
 use kernel_predict_matrix as matrix;
@@ -27,6 +28,8 @@ pub(crate) struct Head {
     name: String,
     input: BufferId,
     guide: BufferId,
+    /// What a search found, where its neighbours are weighed.
+    found: Option<BufferId>,
     kind: HeadKind,
     /// The matrices that it is computed with, if any.
     matrices: Option<Matrices>,
@@ -37,8 +40,9 @@ pub(crate) struct Head {
 impl Head {
     /// Packs the weights of a step of a plan.
     pub(crate) fn new(arithmetic: Arithmetic, plan: &Plan, weights: &Weights, step: &HeadStep) -> Self {
-        let HeadStep { ref name, input, guide, patch, kernel, planes, .. } = *step;
-        let order = order(patch * patch * planes, kernel);
+        let HeadStep { ref name, input, guide, patch, kernel, planes, ref neighbours, base } = *step;
+        let kind = HeadKind { patch, kernel, planes, neighbours: neighbours.clone() };
+        let order = order(&kind);
         let weight = &weights.get(&format!("{name}.weight")).values;
         let bias = &weights.get(&format!("{name}.bias")).values;
         let channels = plan.buffers[input].channels;
@@ -52,11 +56,12 @@ impl Head {
                 let kernels = order.len() / (WINDOW * WINDOW);
                 matrix::packed(matrices, (kernels, channels), |output, i| value(order[output], i))
             }
-            None => packed(&order, (out_blocks(kernel) * BLOCK, blocks(channels)), value),
+            None => packed(&order, (out_blocks(&kind) * BLOCK, blocks(channels)), value),
         };
         let bias: Vec<_> = order.iter().map(|output| output.map_or(0.0, |o| bias[o])).collect();
         let (name, weights, bias) = (name.clone(), arithmetic.reals(&packed), floats(&bias));
-        Self { name, input, guide, kind: HeadKind { patch, kernel, planes }, matrices, weights, bias }
+        let found = base.filter(|_| !kind.neighbours.is_empty());
+        Self { name, input, guide, found, kind, matrices, weights, bias }
     }
 
     /// Values that it writes.
@@ -68,7 +73,9 @@ impl Head {
     pub(crate) fn push(&self, context: &Context<'_>, raw: program::BufferId, list: &mut Dispatches) {
         let Context { arithmetic, plan, memory, grids, .. } = *context;
         let (cells, channels) = (grids.of(self.input), plan.buffers[self.input].channels);
-        let shape = [cells.width.clone(), cells.height.clone(), blocks(channels).into(), 0.into()];
+        let frame = self.found.map_or(cells, |found| grids.of(found));
+        let sides = |grid: &Grid| [grid.width.clone(), grid.height.clone()];
+        let shape = [sides(cells), [blocks(channels).into(), 0.into()], sides(frame)].into_iter().flatten();
         let mut bindings = vec![
             Binding::Uniform(list.uniform("head", shape)),
             Binding::Read(list.reals(&self.name, &self.weights, arithmetic.precision.bytes())),
@@ -82,22 +89,23 @@ impl Head {
                 bindings.push(Binding::Read(memory.of(self.guide)))
             }
         }
-        let plain = |rows: usize| (shader(arithmetic, self.kind, rows), tiles::workgroups(cells, rows, 1));
+        bindings.extend(self.found.map(|found| Binding::Read(memory.of(found))));
+        let plain = |rows: usize| (shader(arithmetic, &self.kind, rows), tiles::workgroups(cells, rows, 1));
         let variants = match self.matrices {
             Some(matrices) => {
-                vec![(matrix::shader(matrices, channels, self.kind), matrices.workgroups(cells, 1, 1))]
+                vec![(matrix::shader(matrices, channels, &self.kind), matrices.workgroups(cells, 1, 1))]
             }
-            None => cells_each(self.kind.kernel).map(plain).collect(),
+            None => cells_each(&self.kind).map(plain).collect(),
         };
         list.push(Dispatch { label: "head", sees_frame: false, variants }, &bindings);
     }
 }
 
 /// Cells of an invocation, to choose from.
-fn cells_each(kernel: KernelWeights) -> impl Iterator<Item = usize> {
-    let most = match kernel {
-        KernelWeights::Off => usize::MAX,
-        KernelWeights::Linear | KernelWeights::Softmax => MAX_CELLS,
+fn cells_each(kind: &HeadKind) -> impl Iterator<Item = usize> + use<> {
+    let most = match kind.kernel {
+        KernelWeights::Off if kind.neighbours.is_empty() => usize::MAX,
+        KernelWeights::Off | KernelWeights::Linear | KernelWeights::Softmax => MAX_CELLS,
     };
     tiles::ROWS.into_iter().filter(move |rows| *rows <= most)
 }
@@ -123,8 +131,18 @@ fn packed(
 
 /// The outputs of the convolution for so many values of a cell, in the order in which they are computed; none for places that are
 /// left over.
-fn order(values: usize, kernel: KernelWeights) -> Vec<Option<usize>> {
-    match kernel {
+fn order(kind: &HeadKind) -> Vec<Option<usize>> {
+    let pixels = kind.patch * kind.patch;
+    let values = pixels * kind.planes;
+    match kind.kernel {
+        KernelWeights::Off if !kind.neighbours.is_empty() => {
+            let planes = kind.planes + neighbours::count(&kind.neighbours);
+            let of_pixel = |pixel: usize| {
+                (0..out_blocks(kind) * BLOCK)
+                    .map(move |plane| (plane < planes).then_some(plane * pixels + pixel))
+            };
+            (0..pixels).flat_map(of_pixel).collect()
+        }
         KernelWeights::Off => {
             (0..values.next_multiple_of(BLOCK)).map(|o| (o < values).then_some(o)).collect()
         }
