@@ -342,9 +342,12 @@ mod tests {
         }
         let radius = Input::Feature(Channel::ProjectedRadius, 1);
         assert_eq!(at(&fitted, &config, radius), at(start.weights(), start.config(), radius));
+        // The correction, five shares, sixteen neighbours; four pixels of each.
         let (head, before) = (fitted.get("head.weight"), start.weights().get("head.weight"));
-        assert_eq!((head.shape[0], before.shape[0]), (24, 4));
-        assert_eq!(head.values[..before.values.len()], before.values);
-        assert!(head.values[before.values.len()..].iter().all(|weight| *weight == 0.0));
+        assert_eq!((head.shape[0], before.shape[0]), (4 * 22, 4 * 17));
+        let (correction, neighbours) = before.values.split_at(4 * before.shape[1]);
+        let (shares, mixed) = head.values.split_at(4 * 6 * head.shape[1]);
+        assert_eq!((&shares[..correction.len()], mixed), (correction, neighbours));
+        assert!(shares[correction.len()..].iter().all(|weight| *weight == 0.0));
     }
 }

@@ -185,7 +185,7 @@ impl ModelConfig {
         }
     }
 
-    /// The same with a survey, as the shipped network `balanced` has it.
+    /// The same with a survey and weights of neighbours, as the shipped network `balanced` has them.
     pub fn balanced() -> Self {
         // What `high` was trained with, but more taps in fewer slices: neighbours make up for slices, nothing for surfaces between taps.
         let survey = ArcsParams {
@@ -196,7 +196,7 @@ impl ModelConfig {
             denoise_passes: 0,
             ..ArcsParams::default()
         };
-        Self { survey: Some(survey), smooth: true, ..Self::correcting() }
+        Self { survey: Some(survey), neighbours: vec![1, 3], smooth: true, ..Self::correcting() }
     }
 
     /// The configuration after a check of every field.
