@@ -1,5 +1,5 @@
-//! The neighbours of a pixel whose visibility, as a search found it, a network mixes in: kernel prediction (Bako et al. 2017) over the
-//! differences to them.
+//! Neighbours of a pixel. A network may add a part of what the search found there more than at the pixel: kernel prediction
+//! (Bako et al. 2017) over differences.
 
 /// Most distances at which a network has neighbours.
 pub const MAX_DISTANCES: usize = 4;
@@ -10,7 +10,7 @@ pub const MAX_DISTANCE: usize = 8;
 /// Neighbours at one distance.
 const RING: usize = 8;
 
-/// What an output of the network weighs: small, so that early steps of training do not blur the image.
+/// What an output of the network weighs: little, because those of all neighbours add up.
 pub const UNIT: f32 = 0.05;
 
 /// Number of neighbours.
