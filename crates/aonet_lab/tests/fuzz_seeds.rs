@@ -180,6 +180,7 @@ fn write_fuzz_seeds() {
         encoder: vec![1, 1],
         decoder: vec![1],
         skips: Skips::Concat,
+        neighbours: vec![],
         smooth: false,
     };
     let weights = Weights::init(&Graph::new(&config).unwrap(), 1);
