@@ -222,11 +222,12 @@ mod tests {
             ..small(ModelConfig::paper())
         };
         let mixing = ModelConfig { neighbours: vec![1, 3], ..small(ModelConfig::correcting()) };
-        for config in [surveyed, shares, mixing] {
+        // A head that starts small hides one weight of the body more than the others do.
+        for (config, tells) in [(surveyed, 1e-4), (shares, 1e-4), (mixing, 3e-5)] {
             let (difference, range) = asymmetry(&config, false);
             assert!(range > 0.1 && difference < 1e-5 * range, "{config:?}: {difference} of {range}");
             let (difference, _) = asymmetry(&config, true);
-            assert!(difference > 3e-5 * range, "one free weight breaks it: {difference} of {range}");
+            assert!(difference > tells * range, "one free weight breaks it: {difference} of {range}");
         }
         // Position x changes its sign as well; the mirror above knows one channel.
         let graph = Graph::new(&plain).unwrap();

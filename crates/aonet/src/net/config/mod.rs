@@ -101,7 +101,7 @@ pub struct ModelConfig {
     /// Skip connections.
     pub skips: Skips,
     /// Distances at which the network weighs neighbours (px), increasing: at each, eight pixels on a square around a pixel. It adds the weighted
-    /// differences of what the search found there to what it found at the pixel: a filter that the network steers. Kernel prediction, as of
+    /// differences between what the search found there and at the pixel: a filter that the network steers. Kernel prediction, as of
     /// Bako et al. 2017. Needs [`Output::Correction`] or [`Output::Shares`], and no [`kernel`](Self::kernel).
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub neighbours: Vec<usize>,
