@@ -2,8 +2,10 @@
 #![allow(unsafe_code, reason = "vector instructions")]
 
 use super::operations::{Kernel, Simd, last_index};
-use super::x86::by_instruction;
+use super::x86::{FasterGather, Gather, by_instruction, four, instruction_is_faster};
 use std::arch::x86_64::*;
+
+static GATHER: FasterGather = FasterGather::new();
 
 /// AVX2 and FMA.
 #[derive(Debug, Clone, Copy)]
@@ -13,7 +15,15 @@ const LANES: usize = 8;
 
 impl Avx2 {
     pub(crate) fn detect() -> Option<Self> {
-        (is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma")).then_some(Self(()))
+        #[target_feature(enable = "avx2,fma")]
+        fn measure(simd: Avx2) -> bool {
+            instruction_is_faster(simd)
+        }
+        let found = is_x86_feature_detected!("avx2") && is_x86_feature_detected!("fma");
+        let simd = found.then_some(Self(()))?;
+        // SAFETY: the processor has the instructions.
+        GATHER.measure(|| unsafe { measure(simd) });
+        Some(simd)
     }
 
     pub(crate) fn run(self, kernel: impl Kernel) {
@@ -100,8 +110,27 @@ impl Simd for Avx2 {
     }
     #[inline(always)]
     fn gather(self, values: &[f32], at: __m256i) -> __m256 {
+        GATHER.gather(self, values, at)
+    }
+}
+
+impl Gather for Avx2 {
+    #[inline(always)]
+    fn gather_by_instruction(self, values: &[f32], at: __m256i) -> __m256 {
         let last = self.splat_u(last_index(values));
         // SAFETY: `self` exists only if the instructions do; no index is beyond the last one.
         unsafe { _mm256_i32gather_ps::<4>(values.as_ptr(), _mm256_min_epu32(at, last)) }
+    }
+
+    #[inline(always)]
+    fn gather_by_loads(self, values: &[f32], at: __m256i) -> __m256 {
+        let last = self.splat_u(last_index(values));
+        let from = values.as_ptr();
+        let mut indices = [0; LANES];
+        // SAFETY: `self` exists only if the instructions do; no index is beyond the last one.
+        unsafe {
+            _mm256_storeu_si256(indices.as_mut_ptr().cast(), _mm256_min_epu32(at, last));
+            _mm256_set_m128(four(from, &indices[4..]), four(from, &indices[..4]))
+        }
     }
 }

@@ -2,8 +2,10 @@
 #![allow(unsafe_code, reason = "vector instructions")]
 
 use super::operations::{Kernel, Simd, last_index};
-use super::x86::by_instruction;
+use super::x86::{FasterGather, Gather, by_instruction, four, instruction_is_faster};
 use std::arch::x86_64::*;
+
+static GATHER: FasterGather = FasterGather::new();
 
 /// AVX-512F.
 #[derive(Debug, Clone, Copy)]
@@ -13,7 +15,14 @@ const LANES: usize = 16;
 
 impl Avx512 {
     pub(crate) fn detect() -> Option<Self> {
-        is_x86_feature_detected!("avx512f").then_some(Self(()))
+        #[target_feature(enable = "avx512f")]
+        fn measure(simd: Avx512) -> bool {
+            instruction_is_faster(simd)
+        }
+        let simd = is_x86_feature_detected!("avx512f").then_some(Self(()))?;
+        // SAFETY: the processor has the instructions.
+        GATHER.measure(|| unsafe { measure(simd) });
+        Some(simd)
     }
 
     pub(crate) fn run(self, kernel: impl Kernel) {
@@ -105,17 +114,7 @@ impl Simd for Avx512 {
     }
     #[inline(always)]
     fn gather(self, values: &[f32], at: __m512i) -> __m512 {
-        let last = self.splat_u(last_index(values));
-        let from = values.as_ptr();
-        let mut indices = [0; LANES];
-        // SAFETY: `self` exists only if the instructions do; no index is beyond the last one.
-        unsafe {
-            _mm512_storeu_si512(indices.as_mut_ptr().cast(), _mm512_min_epu32(at, last));
-            let v = _mm512_castps128_ps512(four(from, &indices[..4]));
-            let v = _mm512_insertf32x4::<1>(v, four(from, &indices[4..8]));
-            let v = _mm512_insertf32x4::<2>(v, four(from, &indices[8..12]));
-            _mm512_insertf32x4::<3>(v, four(from, &indices[12..]))
-        }
+        GATHER.gather(self, values, at)
     }
     #[inline(always)]
     fn load_triples(self, triples: &[[f32; 3]]) -> [__m512; 3] {
@@ -142,6 +141,30 @@ impl Simd for Avx512 {
     }
 }
 
+impl Gather for Avx512 {
+    #[inline(always)]
+    fn gather_by_instruction(self, values: &[f32], at: __m512i) -> __m512 {
+        let last = self.splat_u(last_index(values));
+        // SAFETY: `self` exists only if the instructions do; no index is beyond the last one.
+        unsafe { _mm512_i32gather_ps::<4>(_mm512_min_epu32(at, last), values.as_ptr()) }
+    }
+
+    #[inline(always)]
+    fn gather_by_loads(self, values: &[f32], at: __m512i) -> __m512 {
+        let last = self.splat_u(last_index(values));
+        let from = values.as_ptr();
+        let mut indices = [0; LANES];
+        // SAFETY: `self` exists only if the instructions do; no index is beyond the last one.
+        unsafe {
+            _mm512_storeu_si512(indices.as_mut_ptr().cast(), _mm512_min_epu32(at, last));
+            let v = _mm512_castps128_ps512(four(from, &indices[..4]));
+            let v = _mm512_insertf32x4::<1>(v, four(from, &indices[4..8]));
+            let v = _mm512_insertf32x4::<2>(v, four(from, &indices[8..12]));
+            _mm512_insertf32x4::<3>(v, four(from, &indices[12..]))
+        }
+    }
+}
+
 /// Picks values of three vectors: first some of `a` and `b`, then some of those and of `c`.
 #[inline(always)]
 fn pick(_: Avx512, [a, b, c]: [__m512; 3], [first, then]: &[[i32; LANES]; 2]) -> __m512 {
@@ -149,20 +172,5 @@ fn pick(_: Avx512, [a, b, c]: [__m512; 3], [first, then]: &[[i32; LANES]; 2]) ->
     unsafe {
         let early = _mm512_permutex2var_ps(a, _mm512_loadu_si512(first.as_ptr().cast()), b);
         _mm512_permutex2var_ps(early, _mm512_loadu_si512(then.as_ptr().cast()), c)
-    }
-}
-
-/// Loads four values by index.
-///
-/// # Safety
-/// The indices must be inside of the memory that `from` points to.
-#[inline(always)]
-unsafe fn four(from: *const f32, at: &[u32]) -> __m128 {
-    // SAFETY: every machine has these instructions; the caller's promise.
-    unsafe {
-        let [a, b, c, d] = [at[0] as usize, at[1] as usize, at[2] as usize, at[3] as usize];
-        let (a, b) = (_mm_load_ss(from.add(a)), _mm_load_ss(from.add(b)));
-        let (c, d) = (_mm_load_ss(from.add(c)), _mm_load_ss(from.add(d)));
-        _mm_movelh_ps(_mm_unpacklo_ps(a, b), _mm_unpacklo_ps(c, d))
     }
 }

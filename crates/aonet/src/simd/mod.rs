@@ -16,6 +16,7 @@ pub(crate) mod operations;
 #[cfg(target_arch = "x86_64")]
 mod pair;
 mod portable;
+pub(crate) mod transpose;
 mod values;
 pub(crate) mod vector;
 #[cfg(target_arch = "x86_64")]

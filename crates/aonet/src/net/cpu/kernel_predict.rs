@@ -9,6 +9,7 @@ use crate::net::config::KernelWeights;
 use crate::net::kernel::{GUIDE_CHANNELS, TAPS, WINDOW};
 use crate::net::plan::{CHANNEL_BLOCK, HALO};
 use crate::simd::Simd;
+use crate::simd::transpose::{self, four};
 
 /// Weights of one row of a kernel.
 const ROW_TAPS: usize = WINDOW * GUIDE_CHANNELS;
@@ -208,8 +209,13 @@ impl Tile<'_> {
                     packed
                 };
                 let pixels = [packed(0), packed(1), packed(2), packed(3)];
-                for (w, line) in out.chunks_exact_mut(cells).enumerate() {
-                    line[cell..cell + 4].copy_from_slice(&pixels.map(|pixel| pixel[w]));
+                // What lies beyond the words is 0, and is not copied.
+                for (first, lines) in out.chunks_mut(4 * cells).enumerate() {
+                    let word = |i: usize| four(&pixels[i], 4 * first);
+                    let columns = transpose::columns([word(0), word(1), word(2), word(3)]);
+                    for (line, column) in lines.chunks_exact_mut(cells).zip(&columns) {
+                        line[cell..cell + 4].copy_from_slice(column);
+                    }
                 }
             }
         }

@@ -3,6 +3,7 @@
 use super::head_weights::VECTORS;
 use crate::net::neighbours::UNIT;
 use crate::net::plan::CHANNEL_BLOCK;
+use crate::simd::transpose::{self, four};
 use std::slice::ChunksExact;
 
 /// Pixels of a line of the cells that are written together, at most: those of the widest vectors and patches.
@@ -142,11 +143,23 @@ fn interleave<const PATCH: usize>(phases: ChunksExact<'_, f32>, line: &mut [f32]
     let mut phase = [&[][..]; PATCH];
     phase.iter_mut().zip(phases).for_each(|(phase, values)| *phase = values);
     let (whole, rest) = line.as_chunks_mut::<PATCH>();
-    assert!(whole.len() <= phase[0].len());
-    for (cell, pixels) in whole.iter_mut().enumerate() {
-        for (pixel, values) in pixels.iter_mut().zip(&phase) {
-            *pixel = values[cell];
+    let count = whole.len();
+    assert!(count <= phase[0].len());
+    let transposed = if PATCH.is_multiple_of(4) { count / 4 * 4 } else { 0 };
+    let (fours, others) = whole.split_at_mut(transposed);
+    for (i, cells) in fours.chunks_exact_mut(4).enumerate() {
+        for dx in (0..PATCH).step_by(4) {
+            let of_phase = |k: usize| four(phase[dx + k], 4 * i);
+            let columns = transpose::columns([of_phase(0), of_phase(1), of_phase(2), of_phase(3)]);
+            for (pixels, column) in cells.iter_mut().zip(&columns) {
+                pixels[dx..dx + 4].copy_from_slice(column);
+            }
         }
     }
-    rest.iter_mut().zip(&phase).for_each(|(pixel, values)| *pixel = values[whole.len()]);
+    for (i, pixels) in others.iter_mut().enumerate() {
+        for (pixel, values) in pixels.iter_mut().zip(&phase) {
+            *pixel = values[transposed + i];
+        }
+    }
+    rest.iter_mut().zip(&phase).for_each(|(pixel, values)| *pixel = values[count]);
 }

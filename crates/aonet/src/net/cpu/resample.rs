@@ -2,6 +2,7 @@
 
 use crate::net::plan::HALO;
 use crate::simd::Simd;
+use crate::simd::transpose::{self, four};
 
 /// Copies the first and last pixel of every line of a blocked row into its halo.
 #[inline(always)]
@@ -83,8 +84,23 @@ pub(super) fn block_lines<S: Simd>(planes: &[f32], out: &mut [f32], width: usize
         if planes.len() < block.len() {
             block.fill(0.0);
         }
+        let lines = planes.len() / pitch;
+        let (columns, rows) = (pitch / 4 * 4, lines / 4 * 4);
+        for x in (0..columns).step_by(4) {
+            let out = &mut block[x * S::LANES..][..4 * S::LANES];
+            for c in (0..rows).step_by(4) {
+                let line = |i: usize| four(planes, (c + i) * pitch + x);
+                let pixels = transpose::columns([line(0), line(1), line(2), line(3)]);
+                for (i, channels) in pixels.iter().enumerate() {
+                    out[i * S::LANES + c..][..4].copy_from_slice(channels);
+                }
+            }
+        }
         for (c, line) in planes.chunks_exact(pitch).enumerate() {
-            block[c..].iter_mut().step_by(S::LANES).zip(line).for_each(|(to, from)| *to = *from);
+            let first = if c < rows { columns } else { 0 };
+            for x in first..pitch {
+                block[x * S::LANES + c] = line[x];
+            }
         }
     }
 }
