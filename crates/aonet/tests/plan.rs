@@ -178,7 +178,7 @@ fn smoothing_follows_the_head() {
     let Step::Head(HeadStep { base: Some(found), .. }) = plan.steps[last - 1] else { panic!("no head") };
     let Step::Smooth { base, read, .. } = plan.steps[last] else { panic!("no smoothing") };
     assert_eq!((base, plan.buffers[found].live.last), (Some(found), last));
-    assert_eq!((plan.buffers[read].channels, plan.buffers[read].live), (2, Lifetime { first: last, last }));
+    assert_eq!((plan.buffers[read].channels, plan.buffers[read].live), (1, Lifetime { first: last, last }));
     assert_eq!(first_overwritten_read(&plan), None);
 }
 

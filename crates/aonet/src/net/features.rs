@@ -6,7 +6,7 @@ use crate::frame::gbuffer::GBuffer;
 use crate::frame::size::Size;
 use crate::net::config::{Channel, Features, SearchConfig};
 use crate::search::survey::{Cells, SURVEYED, survey_band};
-use crate::search::{self, ArcsParams, Filter, Screen};
+use crate::search::{self, ArcsParams, Filter, Input, Screen};
 use crate::simd::{Isa, Level};
 use crate::threads::{Band, Workers};
 
@@ -60,8 +60,8 @@ pub fn search_planes(search: &SearchConfig, gbuffer: &GBuffer, params: AoParams)
     }
     for pass in search.filter().passes() {
         let mut filtered = vec![0.0; found.len()];
-        let filter = Filter::new(&screen, search.filter(), pass, &found);
-        search::filter_band(isa, &filter, Band::whole(&mut filtered));
+        let filter = Filter::new(&screen, search.filter(), pass, Input::Planes(&found));
+        filter.run(isa, 0, &mut filtered);
         found = filtered;
     }
     Ok(found)

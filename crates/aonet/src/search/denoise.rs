@@ -2,7 +2,7 @@
 // As XeGTAO's denoiser in purpose; that one finds edges by depth alone and is 3x3, repeated.
 
 use super::bent::BENT_PLANES;
-use super::cubic::Power;
+use super::cubic::{Power, Raise};
 use super::screen::{Pixels, Screen};
 use super::shares::PLANES;
 use crate::simd::lanes::F;
@@ -72,26 +72,52 @@ pub(crate) const SPATIAL: [f32; 3] = [1.0, 0.8007, 0.4111];
 
 /// One pass of the filter over the visibility of a frame.
 pub(crate) struct Filter<'a> {
-    pub(crate) screen: &'a Screen<'a>,
+    screen: &'a Screen<'a>,
     by: Denoise,
     pass: Pass,
-    /// What is filtered: row by row, plane by plane; the first plane is a visibility.
-    planes: &'a [f32],
+    input: Input<'a>,
     /// Number of planes: 1, 2, [`BENT_PLANES`] or [`PLANES`].
     count: usize,
 }
 
+/// What a filter reads, images of the frame's size.
+#[derive(Debug, Clone, Copy)]
+pub(crate) enum Input<'a> {
+    /// Row by row, plane by plane; the first plane is a visibility.
+    Planes(&'a [f32]),
+    /// Two planes, for [`Pass::Correct`]: what a search found, the first of its planes, and what was added to that in the corrected image.
+    Corrected { found: &'a [f32], image: &'a [f32] },
+}
+
 impl<'a> Filter<'a> {
-    pub(crate) fn new(screen: &'a Screen<'a>, by: Denoise, pass: Pass, planes: &'a [f32]) -> Self {
-        Self { screen, by, pass, planes, count: planes.len() / screen.size().pixels() }
+    pub(crate) fn new(screen: &'a Screen<'a>, by: Denoise, pass: Pass, input: Input<'a>) -> Self {
+        let count = match input {
+            Input::Planes(planes) => planes.len() / screen.size().pixels(),
+            Input::Corrected { .. } => 2,
+        };
+        Self { screen, by, pass, input, count }
+    }
+
+    /// Row `y` of each plane; of a corrected image the last is the image itself.
+    #[inline(always)]
+    fn rows<const N: usize>(&self, y: usize) -> [&'a [f32]; N] {
+        let width = self.screen.size().width();
+        std::array::from_fn(|c| match self.input {
+            Input::Planes(planes) => &planes[(y * N + c) * width..][..width],
+            Input::Corrected { found, .. } if c == 0 => {
+                &found[y * (found.len() / self.screen.size().height())..][..width]
+            }
+            Input::Corrected { image, .. } => &image[y * width..][..width],
+        })
     }
 
     /// Number of planes that a pass writes.
-    pub(super) fn written(&self) -> usize {
+    fn written(&self) -> usize {
         if matches!(self.pass, Pass::Correct { .. }) { 1 } else { self.count }
     }
 
-    /// Writes consecutive rows of the filtered planes, from row `first` on.
+    /// Writes consecutive rows of the filtered planes, from row `first` on. The background is 1, and 0 in the planes after the first.
+    /// Allocates nothing.
     pub(crate) fn run(&self, isa: Isa, first: usize, rows: &mut [f32]) {
         match self.count {
             1 => isa.run_on_pixels(FilteredRows::<1> { filter: self, first, rows }),
@@ -117,6 +143,7 @@ const COLUMNS: usize = TILE + MAX_LANES;
 
 /// Five rows of a tile and of what is beside it, from the column [`REACH`] to the left of it on. Row `y` of the frame, plus [`REACH`],
 /// is in slot `y % ROWS`, so that the next row takes the place of the first one.
+#[repr(align(64))]
 struct Neighbours<const N: usize> {
     /// Infinite outside the frame and on the background.
     depth: [[f32; COLUMNS]; ROWS],
@@ -134,7 +161,7 @@ impl<const N: usize> Kernel for FilteredRows<'_, N> {
             normal: [[[0.0; COLUMNS]; 3]; ROWS],
             planes: [[[0.0; COLUMNS]; N]; ROWS],
         };
-        let facing = Power::new(filter.by.normal);
+        let weights = Weights::new(filter.by, filter.screen.radius);
         for x in (0..width).step_by(TILE) {
             let pixels = TILE.min(width - x);
             let columns = (pixels + 2 * REACH).next_multiple_of(S::LANES);
@@ -146,14 +173,16 @@ impl<const N: usize> Kernel for FilteredRows<'_, N> {
                 seen.fill(simd, filter, Span { x, y: y + ROWS - 1, columns });
                 for from in (0..pixels).step_by(S::LANES) {
                     let p = filter.screen.pixels(simd, x + from, y);
-                    let mut values = filter.values(&p, facing, &seen, [from, y]);
+                    let mut values = filter.values(&p, &weights, &seen, [from, y]);
                     if matches!(filter.pass, Pass::Correct { .. }) {
                         let (first, rest) = values.split_first_mut().expect("planes to add");
                         rest.iter().for_each(|added| *first += *added);
                         *first = first.saturate();
                     }
+                    let shown = load(simd, &seen.depth[(y + REACH) % ROWS], from + REACH).lt(f32::INFINITY);
                     let to = pixels.min(from + S::LANES);
                     for (c, values) in values[..filter.written()].iter().enumerate() {
+                        let values = shown.select(*values, if c == 0 { 1.0 } else { 0.0 });
                         values.store(&mut lines[c * width + x + from..c * width + x + to]);
                     }
                 }
@@ -182,7 +211,8 @@ impl<const N: usize> Neighbours<N> {
         let y = y.saturating_sub(REACH).min(height - 1);
         let depth = screen.row(screen.gbuffer().depth(), y);
         let normal = screen.row(screen.gbuffer().normal(), y);
-        let planes = &filter.planes[y * N * width..][..N * width];
+        let planes: [&[f32]; N] = filter.rows(y);
+        let added = matches!(filter.input, Input::Corrected { .. });
         for to in (0..columns).step_by(S::LANES) {
             if !inside || x + to < REACH || x + to + S::LANES > width + REACH {
                 for i in to..to + S::LANES {
@@ -190,15 +220,20 @@ impl<const N: usize> Neighbours<N> {
                     let at = (x + i).saturating_sub(REACH).min(width - 1);
                     self.depth[row][i] = if inside && found == at { depth[at] } else { f32::INFINITY };
                     (0..3).for_each(|c| self.normal[row][c][i] = normal[at][c]);
-                    (0..N).for_each(|c| self.planes[row][c][i] = planes[c * width + at]);
+                    (0..N).for_each(|c| self.planes[row][c][i] = planes[c][at]);
+                    if added {
+                        self.planes[row][N - 1][i] -= planes[0][at];
+                    }
                 }
                 continue;
             }
             let from = x + to - REACH..x + to - REACH + S::LANES;
             self.depth[row][to..to + S::LANES].copy_from_slice(&depth[from.clone()]);
-            for c in 0..N {
-                let plane = &planes[c * width + from.start..c * width + from.end];
-                self.planes[row][c][to..to + S::LANES].copy_from_slice(plane);
+            for (c, plane) in planes.iter().enumerate() {
+                let values = F::load(simd, &plane[from.clone()]);
+                let values =
+                    if added && c > 0 { values - F::load(simd, &planes[0][from.clone()]) } else { values };
+                values.store(&mut self.planes[row][c][to..]);
             }
             let normal = V3::from_triples(simd, &normal[from]);
             for (c, values) in [normal.x, normal.y, normal.z].into_iter().enumerate() {
@@ -208,18 +243,53 @@ impl<const N: usize> Neighbours<N> {
     }
 }
 
+/// What the weights of neighbours depend on.
+struct Weights {
+    facing: Power,
+    /// For each neighbour, row by row: the most that it weighs, by its distance on the screen, and how much of that it loses for each
+    /// world unit from the pixel's plane.
+    rows: [[[f32; ROWS]; 2]; ROWS],
+}
+
+impl Weights {
+    fn new(by: Denoise, radius: f32) -> Self {
+        let tolerance = 1.0 / (by.plane * radius);
+        let rows = std::array::from_fn(|dy| {
+            let most = SPATIAL.map(|weight| weight * SPATIAL[dy.abs_diff(REACH)]);
+            let most: [f32; ROWS] = std::array::from_fn(|dx| most[dx.abs_diff(REACH)]);
+            [most, most.map(|weight| -tolerance * weight)]
+        });
+        Self { facing: Power::new(by.normal), rows }
+    }
+}
+
 impl Filter<'_> {
-    /// The filtered values of pixels of row `y` whose neighbours begin at column `x` of `seen`; `facing` is the power of [`Denoise::normal`].
+    /// The filtered values of pixels of row `y` whose neighbours begin at column `x` of `seen`.
     #[inline(always)]
     fn values<S: Simd, const N: usize>(
         &self,
         p: &Pixels<S>,
-        facing: Power,
+        by: &Weights,
+        seen: &Neighbours<N>,
+        at: [usize; 2],
+    ) -> [F<S>; N] {
+        // Each with its own registers: the logarithms of low powers need many.
+        match by.facing {
+            Power::Low(exponent) => self.values_by(p, (exponent, by), seen, at),
+            Power::High(power) => self.values_by(p, (power, by), seen, at),
+        }
+    }
+
+    /// The same with what raises cosines between normals to their power.
+    #[inline(always)]
+    fn values_by<S: Simd, const N: usize>(
+        &self,
+        p: &Pixels<S>,
+        (facing_by, by): (impl Raise, &Weights),
         seen: &Neighbours<N>,
         [x, y]: [usize; 2],
     ) -> [F<S>; N] {
-        let (screen, by, simd) = (self.screen, self.by, p.x.simd());
-        let tolerance = 1.0 / (by.plane * screen.radius);
+        let (screen, simd) = (self.screen, p.x.simd());
         let depth = -p.position.z;
         // From pixel to pixel on the screen, positions move by their size and by their difference in depth along the ray:
         // so does the distance from the plane.
@@ -230,21 +300,24 @@ impl Filter<'_> {
         let ray = screen.along_ray(p);
         let zero = F::new(simd, 0.0);
         let (mut sums, mut weights) = ([zero; N], zero);
-        for dy in 0..ROWS {
+        for (dy, [most, loss]) in by.rows.iter().enumerate() {
             let step_y = dy as f32 - REACH as f32;
             let (row, row_ray) = (down * step_y, ray_down.mul_add(step_y, ray));
             let slot = (y + dy) % ROWS;
+            let [nx, ny, nz] = &seen.normal[slot];
+            let mut facing = [zero; ROWS];
+            for (dx, facing) in facing.iter_mut().enumerate() {
+                let at = x + dx;
+                let normal = V3 { x: load(simd, nx, at), y: load(simd, ny, at), z: load(simd, nz, at) };
+                *facing = normal.dot(p.normal).max(0.0);
+            }
+            facing_by.raise(&mut facing);
             for dx in 0..ROWS {
                 let step_x = dx as f32 - REACH as f32;
                 let deeper = load(simd, &seen.depth[slot], x + dx) - depth;
                 let beside = across.mul_add(step_x, row);
                 let away = deeper.mul_add(ray_across.mul_add(step_x, row_ray), beside).abs();
-                let [nx, ny, nz] = &seen.normal[slot];
-                let normal =
-                    V3 { x: load(simd, nx, x + dx), y: load(simd, ny, x + dx), z: load(simd, nz, x + dx) };
-                let facing = facing.of(normal.dot(p.normal).max(0.0));
-                let spatial = SPATIAL[dx.abs_diff(REACH)] * SPATIAL[dy.abs_diff(REACH)];
-                let weight = away.mul_add(-tolerance * spatial, spatial).max(0.0) * facing;
+                let weight = away.mul_add(loss[dx], most[dx]).max(0.0) * facing[dx];
                 for (sum, plane) in sums.iter_mut().zip(&seen.planes[slot]) {
                     *sum = load(simd, plane, x + dx).mul_add(weight, *sum);
                 }
@@ -343,7 +416,7 @@ mod tests {
                     let expected = naive(&frame, (by, pass.keeps()[0]), 1.0, &visibility);
                     for level in Level::available() {
                         let mut found = vec![0.0; visibility.len()];
-                        let filter = Filter::new(&screen, by, pass, &visibility);
+                        let filter = Filter::new(&screen, by, pass, Input::Planes(&visibility));
                         filter.run(Isa::new(level).unwrap(), 0, &mut found);
                         for i in (0..found.len()).filter(|i| frame.is_foreground(*i)) {
                             // Powers are polynomials. Measured: 3e-5 at most in the mean, 3e-4 in what differs from it.
@@ -367,13 +440,16 @@ mod tests {
         let screen = Screen::new(&frame, AoParams::new(1.0).unwrap());
         let found: Vec<f32> = noise.iter().map(|v| 0.4 + 0.2 * v).collect();
         let added: Vec<f32> = noise.iter().rev().map(|v| 0.6 * v - 0.3).collect();
-        let rows = found.chunks(width).zip(added.chunks(width));
-        let both: Vec<f32> = rows.flat_map(|(found, added)| [found, added].concat()).collect();
+        let corrected: Vec<f32> = found.iter().zip(&added).map(|(found, added)| found + added).collect();
+        // The search found another plane as well.
+        let planes: Vec<f32> =
+            found.chunks(width).flat_map(|row| [row, &vec![9.0; width]].concat()).collect();
         let settled = naive(&frame, (by, 0.1), 1.0, &found);
         let mean = naive(&frame, (by, 0.0), 1.0, &added);
         for level in Level::available() {
             let mut image = vec![0.0; found.len()];
-            let filter = Filter::new(&screen, by, Pass::Correct { keep: 0.1 }, &both);
+            let input = Input::Corrected { found: &planes, image: &corrected };
+            let filter = Filter::new(&screen, by, Pass::Correct { keep: 0.1 }, input);
             filter.run(Isa::new(level).unwrap(), 0, &mut image);
             for i in (0..image.len()).filter(|i| frame.is_foreground(*i)) {
                 let expected = (settled[i] + mean[i]).clamp(0.0, 1.0);
@@ -394,7 +470,7 @@ mod tests {
             let mut visibility = vec![0.5; 81];
             visibility[40] = centre;
             let mut found = vec![0.0; 81];
-            let filter = Filter::new(&screen, by, Pass::Settle { keep: 0.02 }, &visibility);
+            let filter = Filter::new(&screen, by, Pass::Settle { keep: 0.02 }, Input::Planes(&visibility));
             filter.run(Isa::new(Level::best()).unwrap(), 0, &mut found);
             found[40]
         };

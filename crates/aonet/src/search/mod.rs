@@ -43,7 +43,7 @@ use crate::threads::Band;
 pub(crate) use bent::BENT_PLANES;
 #[doc(hidden)]
 pub use denoise::Pass;
-pub(crate) use denoise::{Denoise, Filter, KEEP};
+pub(crate) use denoise::{Denoise, Filter, Input, KEEP};
 pub(crate) use noise::noise_of;
 use params::Parameters;
 use screen::Pixels;
@@ -306,20 +306,14 @@ pub(crate) fn arcs_band(
     open_background(screen.gbuffer(), PLANES, band);
 }
 
-/// Writes a band of one pass of a filter. The background is 1, and 0 in the planes after the first.
-/// Allocates nothing.
-pub(crate) fn filter_band(isa: Isa, filter: &Filter<'_>, band: Band<'_>) {
-    filter.run(isa, band.first, &mut *band.values);
-    open_background(filter.screen.gbuffer(), filter.written(), band);
-}
-
 /// Sets a band of so many planes to 1 on the background, and to 0 after the first plane.
 fn open_background(gbuffer: &GBuffer, planes: usize, band: Band<'_>) {
     let width = gbuffer.width();
     for (i, line) in band.values.chunks_exact_mut(width).enumerate() {
         let depth = &gbuffer.depth()[(band.first + i / planes) * width..][..width];
         let open = if i % planes == 0 { 1.0 } else { 0.0 };
-        line.iter_mut().zip(depth).filter(|(_, d)| **d == f32::INFINITY).for_each(|(v, _)| *v = open);
+        // Every value is written, so that the loop becomes vectors.
+        line.iter_mut().zip(depth).for_each(|(v, d)| *v = if *d == f32::INFINITY { open } else { *v });
     }
 }
 

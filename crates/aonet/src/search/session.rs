@@ -3,7 +3,7 @@
 use super::agtao::{Agtao, AgtaoParams};
 use super::arcs::{Arcs, ArcsParams};
 use super::bent::{self, BENT_PLANES};
-use super::denoise::{Denoise, Filter};
+use super::denoise::{Denoise, Filter, Input};
 use super::gtao::{Gtao, GtaoParams};
 use super::hbao::{Hbao, HbaoParams};
 use super::nnao::{Nnao, Taps};
@@ -265,7 +265,7 @@ impl Memory {
     fn filter(&mut self, screen: &Screen<'_>, by: Denoise) {
         let (row_len, isa) = (self.window.buffer_size().width() * self.planes, self.isa);
         for pass in by.passes() {
-            let filter = Filter::new(screen, by, pass, &self.found);
+            let filter = Filter::new(screen, by, pass, Input::Planes(&self.found));
             self.workers.for_each_band(&mut self.filtered, row_len, |band| {
                 filter.run(isa, band.first, band.values);
             });
@@ -274,15 +274,19 @@ impl Memory {
     }
 
     /// Copies the picture in `found` to the image, with 1 on the background.
-    fn write(&self, gbuffer: &GBuffer, image: &mut AoImage) {
-        let (width, margin) = (image.width(), self.window.margin());
-        let row_len = self.window.buffer_size().width() * self.planes;
-        for (y, line) in image.visibility_mut().chunks_exact_mut(width).enumerate() {
-            let found = &self.found[(margin.y + y) * row_len + margin.x..][..width];
-            for ((to, found), depth) in line.iter_mut().zip(found).zip(self.window.row(gbuffer.depth(), y)) {
-                *to = if *depth == f32::INFINITY { 1.0 } else { found.clamp(0.0, 1.0) };
+    fn write(&mut self, gbuffer: &GBuffer, image: &mut AoImage) {
+        let Self { window, workers, planes, found, .. } = self;
+        let (width, margin) = (image.width(), window.margin());
+        let row_len = window.buffer_size().width() * *planes;
+        workers.for_each_band(image.visibility_mut(), width, |band| {
+            for (i, line) in band.values.chunks_exact_mut(width).enumerate() {
+                let y = band.first + i;
+                let found = &found[(margin.y + y) * row_len + margin.x..][..width];
+                for ((to, found), depth) in line.iter_mut().zip(found).zip(window.row(gbuffer.depth(), y)) {
+                    *to = if *depth == f32::INFINITY { 1.0 } else { found.clamp(0.0, 1.0) };
+                }
             }
-        }
+        });
     }
 }
 

@@ -1,16 +1,17 @@
 //! Features of a frame, padded and partitioned into patches. See [`crate::net::graph::Op::PatchPartition`].
 
 use super::context::Context;
+use super::resample::repeat_ends;
 use crate::frame::ao_image::AoParams;
 use crate::frame::gbuffer::GBuffer;
 use crate::frame::size::Size;
 use crate::net::config::Features;
 use crate::net::features::FeatureRows;
-use crate::net::plan::{Buffer, HALO};
-use crate::simd::{Kernel, Simd};
+use crate::net::plan::{Buffer, HALO, Layout};
+use crate::simd::{Kernel, MAX_LANES, Simd};
 use crate::threads::Band;
 
-/// Writes the features into a planar buffer.
+/// Writes the features into a buffer.
 #[derive(Debug)]
 pub(super) struct PartitionFeatures {
     pub(super) size: Size,
@@ -21,9 +22,10 @@ pub(super) struct PartitionFeatures {
 }
 
 impl PartitionFeatures {
-    /// Values of scratch memory that a thread needs.
+    /// Values of scratch memory that a thread needs: lines of pixels that become channels together.
     pub(super) fn scratch_len(&self) -> usize {
-        self.output.width * self.patch
+        let lines = if self.output.layout == Layout::Blocked { MAX_LANES.div_ceil(self.patch) } else { 1 };
+        lines * self.output.width * self.patch
     }
 
     /// Runs over the arena.
@@ -38,17 +40,22 @@ impl PartitionFeatures {
         });
     }
 
-    /// Writes row `y` of cells; `line` has room for a line of pixels.
+    /// Writes a line of pixels: row `dy` of the patches of row `y`, of feature `c`, each with its last pixel repeated.
     #[inline(always)]
-    fn row(&self, features: &FeatureRows<'_>, y: usize, line: &mut [f32], row: &mut [f32]) {
-        let (patch, width, height) = (self.patch, self.size.width(), self.size.height());
-        let pitch = self.output.width + 2 * HALO;
+    fn line(&self, features: &FeatureRows<'_>, y: usize, [c, dy]: [usize; 2], line: &mut [f32]) {
+        let (width, height) = (self.size.width(), self.size.height());
+        features.write(c, (y * self.patch + dy).min(height - 1), &mut line[..width]);
+        let last = line[width - 1];
+        line[width..].fill(last);
+    }
+
+    /// Writes row `y` of cells as planes.
+    #[inline(always)]
+    fn planar(&self, features: &FeatureRows<'_>, y: usize, line: &mut [f32], row: &mut [f32]) {
+        let (patch, pitch) = (self.patch, self.output.width + 2 * HALO);
         // One line of pixels becomes `patch` planes.
         for (i, planes) in row.chunks_exact_mut(patch * pitch).enumerate() {
-            let (c, dy) = (i / patch, i % patch);
-            features.write(c, (y * patch + dy).min(height - 1), &mut line[..width]);
-            let last = line[width - 1];
-            line[width..].fill(last);
+            self.line(features, y, [i / patch, i % patch], line);
             for (dx, plane) in planes.chunks_exact_mut(pitch).enumerate() {
                 let of_phase = line[dx..].iter().step_by(patch);
                 plane[HALO..].iter_mut().zip(of_phase).for_each(|(cell, value)| *cell = *value);
@@ -56,6 +63,35 @@ impl PartitionFeatures {
                 plane[pitch - 1] = plane[pitch - 1 - HALO];
             }
         }
+    }
+
+    /// Writes row `y` of cells in blocks. The channels of a block are `RUN` columns of a few lines of a patch.
+    #[inline(always)]
+    fn blocked<S: Simd, const RUN: usize>(
+        &self,
+        simd: S,
+        features: &FeatureRows<'_>,
+        y: usize,
+        (lines, row): (&mut [f32], &mut [f32]),
+    ) {
+        let (patch, width) = (self.patch, self.output.width);
+        let lines = &mut lines[..S::LANES / RUN * width * patch];
+        for (i, block) in row.chunks_exact_mut((width + 2 * HALO) * S::LANES).enumerate() {
+            let first = i * S::LANES;
+            if first.is_multiple_of(patch) {
+                for (j, line) in lines.chunks_exact_mut(width * patch).enumerate() {
+                    let dy = first / patch + j;
+                    self.line(features, y, [dy / patch, dy % patch], line);
+                }
+            }
+            let cells = block[HALO * S::LANES..].chunks_exact_mut(S::LANES).take(width);
+            for (x, cell) in cells.enumerate() {
+                for (j, channels) in cell.chunks_exact_mut(RUN).enumerate() {
+                    channels.copy_from_slice(&lines[(j * width + x) * patch + first % patch..][..RUN]);
+                }
+            }
+        }
+        repeat_ends(simd, row, width);
     }
 }
 
@@ -67,11 +103,18 @@ struct FeatureBand<'a> {
 
 impl Kernel for FeatureBand<'_> {
     #[inline(always)]
-    fn run<S: Simd>(self, _: S) {
+    fn run<S: Simd>(self, simd: S) {
         let Band { first, values, scratch } = self.band;
-        let line = &mut scratch[..self.step.scratch_len()];
+        let lines = &mut scratch[..self.step.scratch_len()];
         for (i, row) in values.chunks_exact_mut(self.step.output.row_len()).enumerate() {
-            self.step.row(self.features, first + i, line, row);
+            let y = first + i;
+            match (self.step.output.layout, self.step.patch.min(S::LANES)) {
+                (Layout::Blocked, 8) => self.step.blocked::<S, 8>(simd, self.features, y, (lines, row)),
+                (Layout::Blocked, 4) => self.step.blocked::<S, 4>(simd, self.features, y, (lines, row)),
+                (Layout::Blocked, 2) => self.step.blocked::<S, 2>(simd, self.features, y, (lines, row)),
+                (Layout::Blocked, _) => self.step.blocked::<S, 1>(simd, self.features, y, (lines, row)),
+                _ => self.step.planar(self.features, y, lines, row),
+            }
         }
     }
 }

@@ -93,8 +93,9 @@ impl Filter {
         let Context { isa, workers, arena } = context;
         let ranges = [self.output.range(), self.input.range()];
         let [output, input] = arena.get_disjoint_mut(ranges).expect("live buffers do not overlap");
-        let filter = search::Filter::new(screen, self.search.filter(), self.pass, input);
-        workers.for_each_band(output, self.output.row_len(), |band| search::filter_band(isa, &filter, band));
+        let filter =
+            search::Filter::new(screen, self.search.filter(), self.pass, search::Input::Planes(input));
+        workers.for_each_band(output, self.output.row_len(), |band| filter.run(isa, band.first, band.values));
     }
 }
 
@@ -113,27 +114,17 @@ impl Smooth {
         let Context { isa, workers, arena } = context;
         let ranges = [self.read.range(), self.base.as_ref().map_or(0..0, Buffer::range)];
         let [read, base] = arena.get_disjoint_mut(ranges).expect("live buffers do not overlap");
-        let (width, base): (usize, &[f32]) = (image.width(), base);
-        let visibility = image.visibility();
-        workers.for_each_band(read, self.read.row_len(), |band| {
-            for (i, line) in band.values.chunks_exact_mut(self.read.row_len()).enumerate() {
-                let y = band.first + i;
-                let seen = &visibility[y * width..][..width];
-                let (first, added) = line.split_at_mut(width);
-                match &self.base {
-                    None => first.copy_from_slice(seen),
-                    Some(buffer) => {
-                        first.copy_from_slice(&base[y * buffer.row_len()..][..width]);
-                        for ((added, seen), found) in added.iter_mut().zip(seen).zip(&*first) {
-                            *added = seen - found;
-                        }
-                    }
-                }
-            }
+        let (width, visibility) = (image.width(), image.visibility());
+        workers.for_each_band(read, width, |band| {
+            band.values.copy_from_slice(&visibility[band.first * width..][..band.values.len()]);
         });
-        let filter = search::Filter::new(screen, self.search.filter(), self.pass, read);
+        let input = match self.base {
+            None => search::Input::Planes(read),
+            Some(_) => search::Input::Corrected { found: base, image: read },
+        };
+        let filter = search::Filter::new(screen, self.search.filter(), self.pass, input);
         workers.for_each_band(image.visibility_mut(), width, |band| {
-            search::filter_band(isa, &filter, band);
+            filter.run(isa, band.first, band.values);
         });
     }
 }

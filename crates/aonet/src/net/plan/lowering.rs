@@ -1,6 +1,6 @@
 //! From the operations of a graph to the steps of a plan.
 
-use super::buffer::{Buffer, BufferId, Layout, Lifetime};
+use super::buffer::{Buffer, BufferId, CHANNEL_BLOCK, Layout, Lifetime};
 use super::step::{ConvStep, HeadStep, Resample, Source, Step};
 use crate::frame::size::Size;
 use crate::net::config::{KernelWeights, SearchConfig};
@@ -116,7 +116,12 @@ impl<'a> Lowering<'a> {
             _ => panic!("features show what a search found"),
         });
         search.into_iter().for_each(|found| self.read(found));
-        let output = self.buffer(Layout::Planar, channels * patch * patch, patch);
+        let channels = channels * patch * patch;
+        // Kernels weigh planar normals.
+        let kernels = self.graph.nodes().iter().any(|node| matches!(node.op, Op::KernelPredict { .. }));
+        let whole_blocks = channels.is_multiple_of(CHANNEL_BLOCK);
+        let layout = if whole_blocks && !kernels { Layout::Blocked } else { Layout::Planar };
+        let output = self.buffer(layout, channels, patch);
         self.steps.push(Step::Features { search, output, patch });
         Lowered::Features { buffer: output, patch: 1 }
     }
@@ -259,11 +264,8 @@ impl<'a> Lowering<'a> {
         let Op::Search { search } = self.graph.nodes()[search].op else {
             panic!("only a search is corrected")
         };
-        let (pass, planes) = match base {
-            Some(_) => (Pass::Correct { keep: KEEP }, 2),
-            None => (Pass::Settle { keep: KEEP }, 1),
-        };
-        let read = self.image_buffer(planes);
+        let pass = if base.is_some() { Pass::Correct { keep: KEEP } } else { Pass::Settle { keep: KEEP } };
+        let read = self.image_buffer(1);
         base.into_iter().for_each(|base| self.read(base));
         self.steps.push(Step::Smooth { search, pass, base, read });
     }

@@ -110,14 +110,14 @@ pub enum Step {
         pass: Pass,
         /// An image, for [`Pass::Correct`]: what the search found.
         base: Option<BufferId>,
-        /// An image for what the filter reads: what the search found and what was added, or the image alone.
+        /// An image for a copy of the image, which the filter reads while it writes.
         read: BufferId,
     },
     /// Features of the frame, edge-padded to the plan's size, as patch² channels a feature.
     Features {
         /// An image: the visibility that the search found, where the network sees it.
         search: Option<BufferId>,
-        /// Planar.
+        /// Blocked where the channels fill their blocks and no kernels weigh the normals, planar otherwise.
         output: BufferId,
         /// Side of a patch (px).
         patch: usize,
