@@ -65,7 +65,7 @@ pub(crate) const KEEP: f32 = 0.02;
 
 /// Pixels on each side.
 pub(crate) const REACH: usize = 2;
-/// FilteredRows, and columns, of the filter.
+/// Rows, and columns, of the filter.
 const ROWS: usize = 2 * REACH + 1;
 /// Weights by distance: a Gaussian with a spread of 1.5 px. guess
 pub(crate) const SPATIAL: [f32; 3] = [1.0, 0.8007, 0.4111];
