@@ -312,8 +312,7 @@ fn open_background(gbuffer: &GBuffer, planes: usize, band: Band<'_>) {
     for (i, line) in band.values.chunks_exact_mut(width).enumerate() {
         let depth = &gbuffer.depth()[(band.first + i / planes) * width..][..width];
         let open = if i % planes == 0 { 1.0 } else { 0.0 };
-        // Every value is written, so that the loop becomes vectors.
-        line.iter_mut().zip(depth).for_each(|(v, d)| *v = if *d == f32::INFINITY { open } else { *v });
+        line.iter_mut().zip(depth).filter(|(_, d)| **d == f32::INFINITY).for_each(|(v, _)| *v = open);
     }
 }
 
