@@ -7,7 +7,7 @@ use super::screen::{Pixels, Screen};
 use super::shares::PLANES;
 use crate::simd::lanes::F;
 use crate::simd::vector::V3;
-use crate::simd::{Isa, Kernel, MAX_LANES, Simd};
+use crate::simd::{Isa, Kernel, PIXEL_LANES, Simd};
 
 /// What the filter does.
 #[derive(Debug, Clone, Copy)]
@@ -139,7 +139,7 @@ struct FilteredRows<'a, const N: usize> {
 /// Pixels that share what they read of their neighbours.
 const TILE: usize = 128;
 /// Values for a row of them, whole vectors.
-const COLUMNS: usize = TILE + MAX_LANES;
+const COLUMNS: usize = TILE + PIXEL_LANES;
 
 /// Five rows of a tile and of what is beside it, from the column [`REACH`] to the left of it on. Row `y` of the frame, plus [`REACH`],
 /// is in slot `y % ROWS`, so that the next row takes the place of the first one.

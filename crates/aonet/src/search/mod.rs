@@ -281,7 +281,7 @@ pub struct ParameterValue {
 /// Writes a band of attenuated GTAO before the filter. The background is 1. Allocates nothing.
 pub(crate) fn agtao_band(isa: Isa, params: AgtaoParams, screen: &Screen<'_>, band: Band<'_>) {
     let method = &agtao::Agtao::new(screen, params);
-    isa.run_on_pixels(Rows::<_, 1> { screen, method, first: band.first, rows: &mut *band.values });
+    isa.run_on_chains(Rows::<_, 1> { screen, method, first: band.first, rows: &mut *band.values });
     open_background(screen.gbuffer(), 1, band);
 }
 
@@ -289,7 +289,7 @@ pub(crate) fn agtao_band(isa: Isa, params: AgtaoParams, screen: &Screen<'_>, ban
 /// background is 1 and 0. Allocates nothing.
 pub(crate) fn bent_agtao_band(isa: Isa, params: AgtaoParams, screen: &Screen<'_>, band: Band<'_>) {
     let method = &agtao::Agtao::new(screen, params);
-    isa.run_on_pixels(Rows::<_, BENT_PLANES> { screen, method, first: band.first, rows: &mut *band.values });
+    isa.run_on_chains(Rows::<_, BENT_PLANES> { screen, method, first: band.first, rows: &mut *band.values });
     open_background(screen.gbuffer(), BENT_PLANES, band);
 }
 
@@ -302,7 +302,7 @@ pub(crate) fn arcs_band(
     band: Band<'_>,
 ) {
     let method = &arcs::Arcs::new(screen, params, surfels);
-    isa.run_on_pixels(Rows { screen, method, first: band.first, rows: &mut *band.values });
+    isa.run_on_chains(Rows { screen, method, first: band.first, rows: &mut *band.values });
     open_background(screen.gbuffer(), PLANES, band);
 }
 

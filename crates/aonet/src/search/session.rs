@@ -299,6 +299,6 @@ fn find<const N: usize>(
     numbers: &mut [f32],
 ) {
     workers.for_each_band_of(numbers, BAND, screen.size().width() * N, |band| {
-        isa.run_on_pixels(Rows { screen, method, first: band.first, rows: band.values });
+        isa.run_on_chains(Rows { screen, method, first: band.first, rows: band.values });
     });
 }

@@ -31,7 +31,7 @@ pub(crate) fn survey_band(
     screen: &Screen<'_>,
     (cells, band): (Cells, Band<'_>),
 ) {
-    isa.run_on_pixels(Rows { screen, arcs: &Arcs::new(screen, arcs, surfels), cells, band });
+    isa.run_on_chains(Rows { screen, arcs: &Arcs::new(screen, arcs, surfels), cells, band });
 }
 
 struct Rows<'a> {

@@ -2,6 +2,7 @@
 #![allow(unsafe_code, reason = "vector instructions")]
 
 use super::operations::{Kernel, Simd, last_index};
+use super::transpose;
 use super::x86::{FasterGather, Gather, by_instruction, four, instruction_is_faster};
 use std::arch::x86_64::*;
 
@@ -115,6 +116,22 @@ impl Simd for Avx512 {
     #[inline(always)]
     fn gather(self, values: &[f32], at: __m512i) -> __m512 {
         GATHER.gather(self, values, at)
+    }
+    #[inline(always)]
+    fn load_fours(self, from: &[f32], at: impl Fn(usize) -> usize) -> __m512 {
+        let fours = [
+            transpose::four(from, at(0)),
+            transpose::four(from, at(1)),
+            transpose::four(from, at(2)),
+            transpose::four(from, at(3)),
+        ];
+        // SAFETY: `self` exists only if the instructions do; each array has four values.
+        unsafe {
+            let v = _mm512_castps128_ps512(_mm_loadu_ps(fours[0].as_ptr()));
+            let v = _mm512_insertf32x4::<1>(v, _mm_loadu_ps(fours[1].as_ptr()));
+            let v = _mm512_insertf32x4::<2>(v, _mm_loadu_ps(fours[2].as_ptr()));
+            _mm512_insertf32x4::<3>(v, _mm_loadu_ps(fours[3].as_ptr()))
+        }
     }
     #[inline(always)]
     fn load_triples(self, triples: &[[f32; 3]]) -> [__m512; 3] {

@@ -94,8 +94,15 @@ impl<S: Simd> F<S> {
     /// `first`, `first` + 1, ...
     #[inline(always)]
     pub(crate) fn counting_from(simd: S, first: f32) -> Self {
-        const COUNT: [f32; MAX_LANES] =
-            [0., 1., 2., 3., 4., 5., 6., 7., 8., 9., 10., 11., 12., 13., 14., 15.];
+        const COUNT: [f32; MAX_LANES] = {
+            let mut count = [0.0; MAX_LANES];
+            let mut i = 0;
+            while i < MAX_LANES {
+                count[i] = i as f32;
+                i += 1;
+            }
+            count
+        };
         Self::load(simd, &COUNT) + first
     }
 
@@ -314,6 +321,7 @@ mod tests {
                 for level in Level::available() {
                     Isa::new(level).unwrap().run(Check);
                     Isa::new(level).unwrap().run_on_pixels(Check);
+                    Isa::new(level).unwrap().run_on_chains(Check);
                 }
             }
         };
@@ -388,6 +396,9 @@ mod tests {
         let all: Vec<f32> = (0..S::LANES).map(|i| values[i.min(11)]).collect();
         assert_eq!(indices.gather(&values).array(), all);
         assert_eq!((indices * u32::MAX).gather(&values).array()[..2], [0.0, 110.0]);
+        let fours = F(simd, simd.load_fours(&values, |i| 8 - i)).array();
+        let expected: Vec<f32> = (0..S::LANES).map(|i| values[8 - i / 4 + i % 4]).collect();
+        assert_eq!(fours, expected);
         let triples: [[f32; 3]; MAX_LANES] =
             std::array::from_fn(|i| [i as f32, 100.0 + i as f32, -(i as f32)]);
         let [x, y, z] = simd.load_triples(&triples).map(|v| F(simd, v).array());

@@ -1,7 +1,7 @@
 //! Which vector instructions a session uses.
 
 use crate::error::{Error, Result};
-use crate::simd::{Kernel, MAX_LANES, Portable, Simd};
+use crate::simd::{Kernel, PIXEL_LANES, Portable, Simd};
 #[cfg(target_arch = "x86_64")]
 use crate::simd::{avx2::Avx2, avx512::Avx512, pair::Paired};
 
@@ -82,15 +82,23 @@ impl Isa {
     }
 
     /// Runs a kernel that works on pixels one by one, with sixteen lanes at every level.
-    // Such kernels have long chains of dependent operations: two of them at a time hide each other's latency.
-    // docs/decisions/simd.md has the times.
     pub(crate) fn run_on_pixels(self, kernel: impl Kernel) {
         match self {
-            Self::Portable => kernel.run(Portable::<MAX_LANES>),
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx512(simd) => simd.run(kernel),
+            _ => self.run_on_chains(kernel),
+        }
+    }
+
+    /// Runs a kernel with long chains of dependent operations for every pixel, on pairs of vectors: 32 lanes with AVX-512, else sixteen.
+    // The chains of two vectors hide each other's latency. docs/decisions/simd.md has the times.
+    pub(crate) fn run_on_chains(self, kernel: impl Kernel) {
+        match self {
+            Self::Portable => kernel.run(Portable::<PIXEL_LANES>),
             #[cfg(target_arch = "x86_64")]
             Self::Avx2(simd) => simd.run(Paired(kernel)),
             #[cfg(target_arch = "x86_64")]
-            Self::Avx512(simd) => simd.run(kernel),
+            Self::Avx512(simd) => simd.run(Paired(kernel)),
         }
     }
 

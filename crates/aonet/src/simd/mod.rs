@@ -24,5 +24,5 @@ mod x86;
 
 pub(crate) use level::Isa;
 pub use level::Level;
-pub(crate) use operations::{Kernel, MAX_LANES, Simd};
+pub(crate) use operations::{Kernel, MAX_LANES, PIXEL_LANES, Simd};
 pub(crate) use portable::Portable;

@@ -1,9 +1,12 @@
 //! One set of operations for every instruction set: what kernels and work on pixels are written with.
 
+use super::transpose::four;
 use std::fmt::Debug;
 
-/// The most lanes that a vector of any instruction set has.
-pub const MAX_LANES: usize = 16;
+/// Lanes of [`Isa::run_on_pixels`](super::Isa::run_on_pixels), and the most that a single vector has.
+pub(crate) const PIXEL_LANES: usize = 16;
+/// The most lanes that kernels work with: those of a pair of the longest vectors.
+pub const MAX_LANES: usize = 2 * PIXEL_LANES;
 
 /// A set of vector instructions. A value of an implementing type is the proof that the machine has them.
 ///
@@ -26,6 +29,15 @@ pub trait Simd: Copy + Debug {
     fn splat(self, value: f32) -> Self::F;
     /// The first `LANES` values of a slice that has them.
     fn load(self, from: &[f32]) -> Self::F;
+    /// Four values from each of `LANES / 4` places of a slice, given by index.
+    #[inline(always)]
+    fn load_fours(self, from: &[f32], at: impl Fn(usize) -> usize) -> Self::F {
+        let mut all = [0.0; MAX_LANES];
+        for (i, to) in all[..Self::LANES].chunks_exact_mut(4).enumerate() {
+            to.copy_from_slice(four(from, at(i)));
+        }
+        self.load(&all)
+    }
     /// Writes the first `LANES` values of a slice that has them.
     fn store(self, v: Self::F, to: &mut [f32]);
     /// Returns a + b.

@@ -60,6 +60,12 @@ impl<S: Simd> Simd for Pair<S> {
     fn gather(self, values: &[f32], at: Self::U) -> Self::F {
         [self.0.gather(values, at[0]), self.0.gather(values, at[1])]
     }
+    #[inline(always)]
+    fn load_triples(self, triples: &[[f32; 3]]) -> [Self::F; 3] {
+        let (low, high) = triples[..Self::LANES].split_at(S::LANES);
+        let ([a, b, c], [d, e, f]) = (self.0.load_triples(low), self.0.load_triples(high));
+        [[a, d], [b, e], [c, f]]
+    }
     by_half! {
         add(a: F, b: F) -> F;
         sub(a: F, b: F) -> F;

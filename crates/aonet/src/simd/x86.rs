@@ -126,7 +126,8 @@ mod tests {
     fn both_ways_gather_the_same_values() {
         let values: Vec<f32> = (0..300).map(|i| i as f32).collect();
         let edges = [299, 300, u32::MAX];
-        let indices = std::array::from_fn(|i| if i % 5 == 4 { edges[i / 5] } else { i as u32 * 19 });
+        let indices =
+            std::array::from_fn(|i| if i % 5 == 4 { edges[i / 5 % edges.len()] } else { i as u32 * 9 });
         let expected = indices.map(|i| i.min(299) as f32);
         if let Some(simd) = Avx512::detect() {
             // SAFETY: the processor has the instructions.

@@ -8,7 +8,7 @@ use crate::frame::size::Size;
 use crate::net::config::Features;
 use crate::net::features::FeatureRows;
 use crate::net::plan::{Buffer, HALO, Layout};
-use crate::simd::{Kernel, MAX_LANES, Simd};
+use crate::simd::{Kernel, PIXEL_LANES, Simd};
 use crate::threads::Band;
 
 /// Writes the features into a buffer.
@@ -24,7 +24,7 @@ pub(super) struct PartitionFeatures {
 impl PartitionFeatures {
     /// Values of scratch memory that a thread needs: lines of pixels that become channels together.
     pub(super) fn scratch_len(&self) -> usize {
-        let lines = if self.output.layout == Layout::Blocked { MAX_LANES.div_ceil(self.patch) } else { 1 };
+        let lines = if self.output.layout == Layout::Blocked { PIXEL_LANES.div_ceil(self.patch) } else { 1 };
         lines * self.output.width * self.patch
     }
 
