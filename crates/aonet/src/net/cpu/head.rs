@@ -4,8 +4,9 @@
 use super::context::Context;
 use super::dot::{Dot, DotKernel};
 use super::guide_window::GuideWindow;
-use super::head_weights::{HeadWeights, VECTORS};
+use super::head_weights::{HeadWeights, Order, VECTORS};
 use super::kernel_predict::Tile;
+use super::patch_head::PatchTile;
 use super::patch_merge::{Base, Lines};
 use super::precision::Arithmetic;
 use super::recipe::Recipe;
@@ -37,7 +38,10 @@ impl Head {
 
     /// Values of scratch memory that a thread needs.
     pub(super) fn scratch_len(&self) -> usize {
-        Tile::scratch_len(&self.weights, VECTORS * self.arithmetic.lanes())
+        match self.weights.order {
+            Order::Cells => Tile::scratch_len(&self.weights, VECTORS * self.arithmetic.lanes()),
+            Order::Pixels => PatchTile::scratch_len(&self.weights),
+        }
     }
 
     /// Runs over the arena into the image.
@@ -82,6 +86,13 @@ impl DotKernel for HeadBand<'_> {
             });
             let mut lines = Lines { image, depth, base, width };
             let features = &self.input[y * weights.input.row_len()..][..weights.input.row_len()];
+            if weights.order == Order::Pixels {
+                for first in PatchTile::firsts(cells) {
+                    let tile = PatchTile { weights, features, base, width, first };
+                    lines.write_patches(&tile.run(dot, band.scratch));
+                }
+                continue;
+            }
             for x in (0..cells).step_by(VECTORS * D::Simd::LANES) {
                 let guide = GuideWindow { guide: self.guide, buffer, patch, y, x };
                 let tile = Tile { weights, features, guide };

@@ -1,6 +1,7 @@
 //! Weights of the head's 1x1 convolution in the order in which its inner loops read them.
 
 use super::packing::{self, Steps};
+use super::patch_head::CELLS;
 use super::recipe::{Parameters, Recipe};
 use crate::error::Result;
 use crate::net::config::KernelWeights;
@@ -24,12 +25,23 @@ pub(super) struct HeadWeights {
     pub(super) planes: usize,
     /// Rows and columns to the neighbours.
     pub(super) neighbours: Vec<[isize; 2]>,
+    /// Which outputs lie side by side.
+    pub(super) order: Order,
     /// By group of outputs, word of input channels, output of the group.
     pub(super) weights: Aligned,
     /// What a sum is worth, for each output, whole groups.
     pub(super) scales: Aligned,
     /// One for each output, whole groups.
     pub(super) biases: Aligned,
+}
+
+/// What the lanes of a vector are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Order {
+    /// Cells: for kernels, for several values a pixel, and for patches of fewer than four pixels a row.
+    Cells,
+    /// Pixels of a patch.
+    Pixels,
 }
 
 impl HeadWeights {
@@ -42,7 +54,15 @@ impl HeadWeights {
         let steps = recipe.steps(step.input, arithmetic)?;
         let input = recipe.plan.buffers[step.input].clone();
         let outputs = step.outputs();
-        let group = arithmetic.accumulators() / VECTORS;
+        let order = match kernel {
+            KernelWeights::Off if planes == 1 && patch >= 4 => Order::Pixels,
+            _ => Order::Cells,
+        };
+        // Outputs of a group.
+        let group = match order {
+            Order::Cells => arithmetic.accumulators() / VECTORS,
+            Order::Pixels => arithmetic.accumulators() / CELLS * arithmetic.lanes(),
+        };
         let padded = outputs.next_multiple_of(group);
         let words = input.channels.div_ceil(arithmetic.packed());
         let (mut scales, mut biases) = (Aligned::zeros(padded)?, Aligned::zeros(padded)?);
@@ -58,6 +78,6 @@ impl HeadWeights {
             }
         }
         let neighbours = neighbours::offsets(&step.neighbours);
-        Ok(Self { input, steps, patch, kernel, planes, neighbours, weights, scales, biases })
+        Ok(Self { input, steps, patch, kernel, planes, neighbours, order, weights, scales, biases })
     }
 }

@@ -19,6 +19,7 @@ mod head_weights;
 mod image;
 mod kernel_predict;
 mod packing;
+mod patch_head;
 mod patch_merge;
 pub(crate) mod peak;
 mod precision;

@@ -20,6 +20,16 @@ pub(super) struct Cells<'a> {
     pub(super) patch: usize,
 }
 
+/// The same with the values of each cell side by side: pixels of its patch, row by row.
+pub(super) struct Patches<'a> {
+    pub(super) pixels: &'a [f32],
+    /// Index of the first cell.
+    pub(super) first: usize,
+    pub(super) count: usize,
+    /// Side of a patch (px).
+    pub(super) patch: usize,
+}
+
 /// What a search found, and what corrects it. See [`crate::net::graph::Op::Correct`].
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Base<'a> {
@@ -60,12 +70,45 @@ impl Lines<'_> {
             if let Some(base) = self.base {
                 base.correct(line, (first, width), (cells, dy));
             }
-            for (value, depth) in line.iter_mut().zip(depth) {
-                // NaN, from weights so large that sums overflow, becomes 0.
-                let visibility = if *value > 0.0 { value.min(1.0) } else { 0.0 };
-                *value = if *depth == f32::INFINITY { 1.0 } else { visibility };
-            }
+            clamp(line, depth);
         }
+    }
+
+    /// The same of patches, whose values are the visibility.
+    #[inline(always)]
+    pub(super) fn write_patches(&mut self, patches: &Patches<'_>) {
+        match patches.patch {
+            4 => self.copy::<4>(patches),
+            8 => self.copy::<8>(patches),
+            patch => unreachable!("patches of {patch}"),
+        }
+    }
+
+    #[inline(always)]
+    fn copy<const PATCH: usize>(&mut self, patches: &Patches<'_>) {
+        let width = self.width;
+        let first = patches.first * PATCH;
+        let last = width.min(first + patches.count * PATCH);
+        let lines = self.image.chunks_exact_mut(width).zip(self.depth.chunks_exact(width));
+        for (dy, (line, depth)) in lines.enumerate() {
+            let (line, depth) = (&mut line[first..last], &depth[first..last]);
+            let rows = patches.pixels.as_chunks::<PATCH>().0.iter().skip(dy).step_by(PATCH);
+            let (whole, rest) = line.as_chunks_mut::<PATCH>();
+            let mut rows = rows;
+            whole.iter_mut().zip(&mut rows).for_each(|(to, row)| *to = *row);
+            rest.iter_mut().zip(rows.next().into_iter().flatten()).for_each(|(to, value)| *to = *value);
+            clamp(line, depth);
+        }
+    }
+}
+
+/// Into [0, 1]; 1 where the depth is infinite.
+#[inline(always)]
+fn clamp(line: &mut [f32], depth: &[f32]) {
+    for (value, depth) in line.iter_mut().zip(depth) {
+        // NaN, from weights so large that sums overflow, becomes 0.
+        let visibility = if *value > 0.0 { value.min(1.0) } else { 0.0 };
+        *value = if *depth == f32::INFINITY { 1.0 } else { visibility };
     }
 }
 

@@ -1,0 +1,228 @@
+//! A tile of cells through a head that corrects every pixel by one value: the lanes of a vector are pixels of one patch, so that what the
+//! search found beside them is weighed while the weights are in registers. See [`crate::net::graph::Op::Correct`].
+
+use super::dot::Dot;
+use super::head_weights::HeadWeights;
+use super::patch_merge::{Base, Patches};
+use crate::net::neighbours::UNIT;
+use crate::net::plan::{CHANNEL_BLOCK, HALO};
+use crate::simd::Simd;
+use crate::simd::transpose::{self, four};
+
+/// Cells that are computed together.
+pub(super) const CELLS: usize = 4;
+/// Cells of a tile: as many as share the weights of a group of outputs while these are in the first cache.
+const TILE: usize = 32;
+
+/// Neighbouring cells of a row.
+pub(super) struct PatchTile<'a> {
+    pub(super) weights: &'a HeadWeights,
+    /// The row of the head's input.
+    pub(super) features: &'a [f32],
+    /// What a search found, if it is corrected.
+    pub(super) base: Option<Base<'a>>,
+    /// Of the frame (px).
+    pub(super) width: usize,
+    /// Index of the first cell.
+    pub(super) first: usize,
+}
+
+/// What the search found at the pixels of a tile and around them, row by row.
+#[derive(Clone, Copy)]
+struct Window<'a, const PATCH: usize> {
+    found: &'a [f32],
+    /// Values from one row to the next.
+    pitch: usize,
+    /// How far it reaches beyond the tile (px).
+    reach: usize,
+}
+
+impl<const PATCH: usize> Window<'_, PATCH> {
+    /// Vector `part` of the pixels that lie `down` and `right` of a cell's.
+    #[inline(always)]
+    fn patch<S: Simd>(&self, simd: S, cell: usize, part: usize, [down, right]: [isize; 2]) -> S::F {
+        let corner = self.reach.wrapping_add_signed(down) * self.pitch
+            + (self.reach + cell * PATCH).wrapping_add_signed(right);
+        let four = |i: usize| {
+            let pixel = part * S::LANES + 4 * i;
+            corner + pixel / PATCH * self.pitch + pixel % PATCH
+        };
+        simd.load_fours(self.found, four)
+    }
+}
+
+/// The pixels of a tile, patch by patch.
+struct Pixels<'a, const PATCH: usize> {
+    window: Window<'a, PATCH>,
+    /// What the search found there.
+    found: &'a mut [f32],
+    /// Visibility, as far as it is computed.
+    values: &'a mut [f32],
+}
+
+impl<const PATCH: usize> Pixels<'_, PATCH> {
+    /// Adds a vector of outputs of the convolution to the cells from `first` on: corrections, or weights of one neighbour.
+    #[inline(always)]
+    fn add<D: Dot>(
+        &mut self,
+        dot: D,
+        head: &HeadWeights,
+        (vector, sums): (usize, &[D::Sums; CELLS]),
+        first: usize,
+    ) {
+        let (simd, lanes) = (dot.simd(), D::Simd::LANES);
+        let parts = PATCH * PATCH / lanes;
+        let (plane, part) = (vector / parts, vector % parts);
+        let (scale, bias) =
+            (simd.load(&head.scales[vector * lanes..]), simd.load(&head.biases[vector * lanes..]));
+        for (c, sums) in sums.iter().enumerate() {
+            let output = dot.finish(*sums, scale, bias);
+            let at = ((first + c) * parts + part) * lanes;
+            let (found, values) = (&mut self.found[at..][..lanes], &mut self.values[at..][..lanes]);
+            let value = if plane == 0 {
+                let here = self.window.patch(simd, first + c, part, [0, 0]);
+                simd.store(here, found);
+                simd.add(output, here)
+            } else {
+                let there = self.window.patch(simd, first + c, part, head.neighbours[plane - 1]);
+                let more = simd.sub(there, simd.load(found));
+                simd.add(simd.load(values), simd.mul(simd.mul(simd.splat(UNIT), output), more))
+            };
+            simd.store(value, values);
+        }
+    }
+}
+
+impl PatchTile<'_> {
+    /// Values of scratch memory: the input's words, the window and the pixels.
+    pub(super) fn scratch_len(head: &HeadWeights) -> usize {
+        let (rows, pitch) = window_size(head);
+        TILE * (head.input.channels.next_multiple_of(CHANNEL_BLOCK) + 2 * head.patch * head.patch)
+            + rows * pitch
+    }
+
+    /// First cells of the tiles of a row.
+    pub(super) fn firsts(cells: usize) -> impl Iterator<Item = usize> {
+        (0..cells).step_by(TILE)
+    }
+
+    /// The visibility of the cells, not clamped.
+    #[inline(always)]
+    pub(super) fn run<'s, D: Dot>(&self, dot: D, scratch: &'s mut [f32]) -> Patches<'s> {
+        match (D::Simd::ACCUMULATORS / CELLS, self.weights.patch) {
+            (6, 4) => self.run_grouped::<D, 6, 4>(dot, scratch),
+            (6, 8) => self.run_grouped::<D, 6, 8>(dot, scratch),
+            (3, 4) => self.run_grouped::<D, 3, 4>(dot, scratch),
+            (3, 8) => self.run_grouped::<D, 3, 8>(dot, scratch),
+            (2, 4) => self.run_grouped::<D, 2, 4>(dot, scratch),
+            (2, 8) => self.run_grouped::<D, 2, 8>(dot, scratch),
+            (group, patch) => unreachable!("groups of {group} vectors, patches of {patch}"),
+        }
+    }
+
+    #[inline(always)]
+    fn run_grouped<'s, D: Dot, const K: usize, const PATCH: usize>(
+        &self,
+        dot: D,
+        scratch: &'s mut [f32],
+    ) -> Patches<'s> {
+        let lanes = D::Simd::LANES;
+        let HeadWeights { input, neighbours, weights, .. } = self.weights;
+        let words = input.channels.div_ceil(D::PACKED);
+        let pitch = input.channels.next_multiple_of(lanes) / D::PACKED;
+        let count = (self.width.div_ceil(PATCH) - self.first).min(TILE);
+        let (rows, columns) = window_size(self.weights);
+        let (packed, rest) = scratch.split_at_mut(TILE * pitch);
+        let (window, rest) = rest.split_at_mut(rows * columns);
+        let (found, rest) = rest.split_at_mut(TILE * PATCH * PATCH);
+        let values = &mut rest[..TILE * PATCH * PATCH];
+        self.pack(dot, packed, count.next_multiple_of(CELLS));
+        self.copy(window, columns);
+        let window = Window { found: window, pitch: columns, reach: reach(self.weights) };
+        let mut pixels = Pixels::<PATCH> { window, found, values };
+        let vectors = (1 + neighbours.len()) * PATCH * PATCH / lanes;
+        for (group, weights) in weights.chunks_exact(K * words * lanes).enumerate() {
+            for first in (0..count).step_by(CELLS) {
+                let mut sums = [[dot.zero(); CELLS]; K];
+                let (inputs, _) = packed[first * pitch..].as_chunks::<CELLS>();
+                for (weights, inputs) in weights.chunks_exact(K * lanes).zip(inputs) {
+                    let mut values = [dot.splat(0.0); CELLS];
+                    for c in 0..CELLS {
+                        values[c] = dot.splat(inputs[c]);
+                    }
+                    for k in 0..K {
+                        let weight = dot.load(&weights[k * lanes..]);
+                        for c in 0..CELLS {
+                            sums[k][c] = dot.add(values[c], weight, sums[k][c]);
+                        }
+                    }
+                }
+                for (k, sums) in sums.iter().enumerate().take(vectors - group * K) {
+                    pixels.add(dot, self.weights, (group * K + k, sums), first);
+                }
+            }
+        }
+        Patches { pixels: pixels.values, first: self.first, count, patch: PATCH }
+    }
+
+    /// Packs the input of the cells: by cells that are computed together, word, cell. Cells beyond the image repeat the last one.
+    #[inline(always)]
+    fn pack<D: Dot>(&self, dot: D, out: &mut [f32], cells: usize) {
+        let (lanes, width) = (D::Simd::LANES, self.weights.input.width);
+        let words = lanes / D::PACKED;
+        let blocks = self.weights.input.channels.div_ceil(lanes);
+        for (i, out) in out.chunks_exact_mut(blocks * words * CELLS).take(cells / CELLS).enumerate() {
+            let block_len = (width + 2 * HALO) * lanes;
+            let blocks = self.features.chunks_exact(block_len).zip(out.chunks_exact_mut(words * CELLS));
+            for (block, (features, out)) in blocks.enumerate() {
+                let per_unit = &self.weights.steps.per_unit[block * lanes..];
+                let zero = &self.weights.steps.zero[block * lanes..];
+                let packed = |c: usize| {
+                    let x = (self.first + i * CELLS + c).min(width - 1) + HALO;
+                    let mut packed = [0.0; CHANNEL_BLOCK];
+                    dot.pack(dot.simd().load(&features[x * lanes..]), per_unit, zero, &mut packed);
+                    packed
+                };
+                let cells = [packed(0), packed(1), packed(2), packed(3)];
+                for (j, out) in out.as_chunks_mut::<16>().0.iter_mut().enumerate() {
+                    let words = |c: usize| four(&cells[c], 4 * j);
+                    let columns = transpose::columns([words(0), words(1), words(2), words(3)]);
+                    out.copy_from_slice(columns.as_flattened());
+                }
+            }
+        }
+    }
+
+    /// Copies what the search found; edges repeat. Zeros if nothing is corrected.
+    #[inline(always)]
+    fn copy(&self, window: &mut [f32], columns: usize) {
+        let reach = reach(self.weights);
+        let Some(Base { found, row_len, first: top, .. }) = self.base else {
+            return window.fill(0.0);
+        };
+        let (last, left) = (found.len() / row_len - 1, self.first * self.weights.patch);
+        for (y, to) in window.chunks_exact_mut(columns).enumerate() {
+            let row = (top + y).saturating_sub(reach).min(last);
+            let line = &found[row * row_len..][..self.width];
+            let inside = left.checked_sub(reach).and_then(|from| line.get(from..from + columns));
+            match inside {
+                Some(inside) => to.copy_from_slice(inside),
+                None => {
+                    for (x, to) in to.iter_mut().enumerate() {
+                        *to = line[(left + x).saturating_sub(reach).min(self.width - 1)];
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// How far the neighbours lie from a pixel, at most (px).
+fn reach(head: &HeadWeights) -> usize {
+    head.neighbours.iter().flatten().map(|offset| offset.unsigned_abs()).max().unwrap_or(0)
+}
+
+/// Rows and columns of a tile with its neighbours (px).
+fn window_size(head: &HeadWeights) -> (usize, usize) {
+    (head.patch + 2 * reach(head), TILE * head.patch + 2 * reach(head))
+}
