@@ -46,17 +46,25 @@ impl Head {
 
     /// Runs over the arena into the image.
     pub(super) fn run(&self, context: Context<'_>, gbuffer: &GBuffer, image: &mut AoImage) {
+        match self.weights.order {
+            Order::Cells => self.run_in::<false>(context, gbuffer, image),
+            Order::Pixels => self.run_in::<true>(context, gbuffer, image),
+        }
+    }
+
+    fn run_in<const PIXELS: bool>(&self, context: Context<'_>, gbuffer: &GBuffer, image: &mut AoImage) {
         let Context { workers, arena, .. } = context;
         let base = self.base.as_ref().map(|base| (&arena[base.range()], base.row_len()));
         let (input, guide) = (&arena[self.weights.input.range()], &arena[self.guide.range()]);
         let width = image.width();
         workers.for_each_band(image.visibility_mut(), width * self.weights.patch, |band| {
-            self.arithmetic.run(HeadBand { head: self, input, guide, gbuffer, base, band });
+            self.arithmetic.run(HeadBand::<PIXELS> { head: self, input, guide, gbuffer, base, band });
         });
     }
 }
 
-struct HeadBand<'a> {
+/// Rows of cells. `PIXELS`: whether the order is [`Order::Pixels`]. Both orders in one function make it slower.
+struct HeadBand<'a, const PIXELS: bool> {
     head: &'a Head,
     input: &'a [f32],
     guide: &'a [f32],
@@ -66,7 +74,7 @@ struct HeadBand<'a> {
     band: Band<'a>,
 }
 
-impl DotKernel for HeadBand<'_> {
+impl<const PIXELS: bool> DotKernel for HeadBand<'_, PIXELS> {
     #[inline(always)]
     fn run<D: Dot>(self, dot: D) {
         let Self { head: Head { weights, guide: buffer, .. }, band, .. } = self;
@@ -86,7 +94,7 @@ impl DotKernel for HeadBand<'_> {
             });
             let mut lines = Lines { image, depth, base, width };
             let features = &self.input[y * weights.input.row_len()..][..weights.input.row_len()];
-            if weights.order == Order::Pixels {
+            if PIXELS {
                 for first in PatchTile::firsts(cells) {
                     let tile = PatchTile { weights, features, base, width, first };
                     lines.write_patches(&tile.run(dot, band.scratch));
