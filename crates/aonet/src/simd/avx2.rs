@@ -2,7 +2,6 @@
 #![allow(unsafe_code, reason = "vector instructions")]
 
 use super::operations::{Kernel, Simd, last_index};
-use super::transpose;
 use super::x86::{FasterGather, Gather, by_instruction, four, instruction_is_faster};
 use std::arch::x86_64::*;
 
@@ -108,12 +107,6 @@ impl Simd for Avx2 {
         float_of_bits(a: U) -> F = _mm256_castsi256_ps(a);
         round(a: F) -> U = _mm256_cvtps_epi32(a);
         float(a: U) -> F = _mm256_cvtepi32_ps(a);
-    }
-    #[inline(always)]
-    fn load_fours(self, from: &[f32], at: impl Fn(usize) -> usize) -> __m256 {
-        let (low, high) = (transpose::four(from, at(0)), transpose::four(from, at(1)));
-        // SAFETY: `self` exists only if the instructions do; each array has four values.
-        unsafe { _mm256_set_m128(_mm_loadu_ps(high.as_ptr()), _mm_loadu_ps(low.as_ptr())) }
     }
     #[inline(always)]
     fn gather(self, values: &[f32], at: __m256i) -> __m256 {

@@ -1,7 +1,7 @@
 //! Weights of the head's 1x1 convolution in the order in which its inner loops read them.
 
 use super::packing::{self, Steps};
-use super::patch_head::CELLS;
+use super::patch_head::{CELLS, GROUP};
 use super::recipe::{Parameters, Recipe};
 use crate::error::Result;
 use crate::net::config::KernelWeights;
@@ -38,9 +38,9 @@ pub(super) struct HeadWeights {
 /// What the lanes of a vector are.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Order {
-    /// Cells: for kernels, for several values a pixel, and for patches of fewer than four pixels a row.
+    /// Cells: for kernels, for several values a pixel, for patches of fewer than four pixels a row, and with few registers.
     Cells,
-    /// Pixels of a patch.
+    /// Pixels of a patch. See [`super::patch_head`].
     Pixels,
 }
 
@@ -54,14 +54,16 @@ impl HeadWeights {
         let steps = recipe.steps(step.input, arithmetic)?;
         let input = recipe.plan.buffers[step.input].clone();
         let outputs = step.outputs();
+        // With AVX2, whose registers do not hold the sums, cells take 0.93 to 0.95 of the time of pixels.
+        let sums_fit = arithmetic.accumulators() >= CELLS * GROUP;
         let order = match kernel {
-            KernelWeights::Off if planes == 1 && patch >= 4 => Order::Pixels,
+            KernelWeights::Off if planes == 1 && patch >= 4 && sums_fit => Order::Pixels,
             _ => Order::Cells,
         };
         // Outputs of a group.
         let group = match order {
             Order::Cells => arithmetic.accumulators() / VECTORS,
-            Order::Pixels => arithmetic.accumulators() / CELLS * arithmetic.lanes(),
+            Order::Pixels => GROUP * arithmetic.lanes(),
         };
         let padded = outputs.next_multiple_of(group);
         let words = input.channels.div_ceil(arithmetic.packed());

@@ -11,6 +11,8 @@ use crate::simd::transpose::{self, four};
 
 /// Cells that are computed together.
 pub(super) const CELLS: usize = 4;
+/// Vectors of outputs that are computed together.
+pub(super) const GROUP: usize = 6;
 /// Cells of a tile: as many as share the weights of a group of outputs while these are in the first cache.
 const TILE: usize = 32;
 
@@ -109,23 +111,16 @@ impl PatchTile<'_> {
     /// The visibility of the cells, not clamped.
     #[inline(always)]
     pub(super) fn run<'s, D: Dot>(&self, dot: D, scratch: &'s mut [f32]) -> Patches<'s> {
-        match (D::Simd::ACCUMULATORS / CELLS, self.weights.patch) {
-            (6, 4) => self.run_grouped::<D, 6, 4>(dot, scratch),
-            (6, 8) => self.run_grouped::<D, 6, 8>(dot, scratch),
-            (3, 4) => self.run_grouped::<D, 3, 4>(dot, scratch),
-            (3, 8) => self.run_grouped::<D, 3, 8>(dot, scratch),
-            (2, 4) => self.run_grouped::<D, 2, 4>(dot, scratch),
-            (2, 8) => self.run_grouped::<D, 2, 8>(dot, scratch),
-            (group, patch) => unreachable!("groups of {group} vectors, patches of {patch}"),
+        assert!(D::Simd::ACCUMULATORS >= CELLS * GROUP, "registers for the sums");
+        match self.weights.patch {
+            4 => self.run_patches::<D, 4>(dot, scratch),
+            8 => self.run_patches::<D, 8>(dot, scratch),
+            patch => unreachable!("patches of {patch}"),
         }
     }
 
     #[inline(always)]
-    fn run_grouped<'s, D: Dot, const K: usize, const PATCH: usize>(
-        &self,
-        dot: D,
-        scratch: &'s mut [f32],
-    ) -> Patches<'s> {
+    fn run_patches<'s, D: Dot, const PATCH: usize>(&self, dot: D, scratch: &'s mut [f32]) -> Patches<'s> {
         let lanes = D::Simd::LANES;
         let HeadWeights { input, neighbours, weights, .. } = self.weights;
         let words = input.channels.div_ceil(D::PACKED);
@@ -141,24 +136,24 @@ impl PatchTile<'_> {
         let window = Window { found: window, pitch: columns, reach: reach(self.weights) };
         let mut pixels = Pixels::<PATCH> { window, found, values };
         let vectors = (1 + neighbours.len()) * PATCH * PATCH / lanes;
-        for (group, weights) in weights.chunks_exact(K * words * lanes).enumerate() {
+        for (group, weights) in weights.chunks_exact(GROUP * words * lanes).enumerate() {
             for first in (0..count).step_by(CELLS) {
-                let mut sums = [[dot.zero(); CELLS]; K];
+                let mut sums = [[dot.zero(); CELLS]; GROUP];
                 let (inputs, _) = packed[first * pitch..].as_chunks::<CELLS>();
-                for (weights, inputs) in weights.chunks_exact(K * lanes).zip(inputs) {
+                for (weights, inputs) in weights.chunks_exact(GROUP * lanes).zip(inputs) {
                     let mut values = [dot.splat(0.0); CELLS];
                     for c in 0..CELLS {
                         values[c] = dot.splat(inputs[c]);
                     }
-                    for k in 0..K {
+                    for k in 0..GROUP {
                         let weight = dot.load(&weights[k * lanes..]);
                         for c in 0..CELLS {
                             sums[k][c] = dot.add(values[c], weight, sums[k][c]);
                         }
                     }
                 }
-                for (k, sums) in sums.iter().enumerate().take(vectors - group * K) {
-                    pixels.add(dot, self.weights, (group * K + k, sums), first);
+                for (k, sums) in sums.iter().enumerate().take(vectors - group * GROUP) {
+                    pixels.add(dot, self.weights, (group * GROUP + k, sums), first);
                 }
             }
         }
