@@ -92,12 +92,13 @@ impl<const PIXELS: bool> DotKernel for HeadBand<'_, PIXELS> {
                 planes,
                 neighbours,
             });
-            let mut lines = Lines { image, depth, base, width };
+            // With pixels side by side, a tile corrects what it computes.
+            let mut lines = Lines { image, depth, base: if PIXELS { None } else { base }, width };
             let features = &self.input[y * weights.input.row_len()..][..weights.input.row_len()];
             if PIXELS {
                 for first in PatchTile::firsts(cells) {
                     let tile = PatchTile { weights, features, base, width, first };
-                    lines.write_patches(&tile.run(dot, band.scratch));
+                    lines.write(&tile.run(dot, band.scratch));
                 }
                 continue;
             }

@@ -2,14 +2,12 @@
 
 use super::dot::Dot;
 use super::guide_window::{GuideWindow, window_len, window_side};
-use super::head_weights::{HeadWeights, VECTORS};
-use super::packing::Steps;
+use super::head_weights::{HeadWeights, Order, VECTORS};
 use super::patch_merge::Cells;
 use crate::net::config::KernelWeights;
 use crate::net::kernel::{GUIDE_CHANNELS, TAPS, WINDOW};
-use crate::net::plan::{CHANNEL_BLOCK, HALO};
+use crate::net::plan::CHANNEL_BLOCK;
 use crate::simd::Simd;
-use crate::simd::transpose::{self, four};
 
 /// Weights of one row of a kernel.
 const ROW_TAPS: usize = WINDOW * GUIDE_CHANNELS;
@@ -62,7 +60,7 @@ impl Tile<'_> {
         let (window, rest) = rest.split_at_mut(window_len(patch) * cells);
         let (kernel, rest) = rest.split_at_mut(TAPS * cells);
         let values = &mut rest[..values_of(self.weights) * cells];
-        self.transpose_features(dot, features, cells);
+        self.weights.pack(dot, self.features, (self.guide.x, cells), features);
         match self.weights.kernel {
             KernelWeights::Off => {
                 for (group, out) in values.chunks_mut(K * cells).enumerate() {
@@ -91,7 +89,7 @@ impl Tile<'_> {
                 }
             }
         }
-        Cells { values, first: self.guide.x, count: cells, patch }
+        Cells { values, order: Order::Cells, first: self.guide.x, count: cells, patch }
     }
 
     /// Group `group` of `K` outputs of the convolution.
@@ -190,35 +188,6 @@ impl Tile<'_> {
         let patch = self.weights.patch;
         let (dy, dx) = (pixel / patch + k / ROW_TAPS, pixel % patch);
         (dy * window_side(patch) + dx) * GUIDE_CHANNELS + k % ROW_TAPS
-    }
-
-    /// Features of the cells, word by word of channels; cells beyond the image repeat the last one.
-    #[inline(always)]
-    fn transpose_features<D: Dot>(&self, dot: D, out: &mut [f32], cells: usize) {
-        let (lanes, words) = (D::Simd::LANES, D::Simd::LANES / D::PACKED);
-        let width = self.weights.input.width;
-        let blocks = self.features.chunks_exact((width + 2 * HALO) * lanes);
-        for (i, (block, out)) in blocks.zip(out.chunks_exact_mut(words * cells)).enumerate() {
-            let Steps { per_unit, zero } = &self.weights.steps;
-            let (per_unit, zero) = (&per_unit[i * lanes..], &zero[i * lanes..]);
-            for cell in (0..cells).step_by(4) {
-                let packed = |i: usize| {
-                    let x = (self.guide.x + cell + i).min(width - 1) + HALO;
-                    let mut packed = [0.0; CHANNEL_BLOCK];
-                    dot.pack(dot.simd().load(&block[x * lanes..]), per_unit, zero, &mut packed);
-                    packed
-                };
-                let pixels = [packed(0), packed(1), packed(2), packed(3)];
-                // What lies beyond the words is 0, and is not copied.
-                for (first, lines) in out.chunks_mut(4 * cells).enumerate() {
-                    let word = |i: usize| four(&pixels[i], 4 * first);
-                    let columns = transpose::columns([word(0), word(1), word(2), word(3)]);
-                    for (line, column) in lines.chunks_exact_mut(cells).zip(&columns) {
-                        line[cell..cell + 4].copy_from_slice(column);
-                    }
-                }
-            }
-        }
     }
 }
 

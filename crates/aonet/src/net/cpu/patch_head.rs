@@ -2,12 +2,11 @@
 //! search found beside them is weighed while the weights are in registers. See [`crate::net::graph::Op::Correct`].
 
 use super::dot::Dot;
-use super::head_weights::HeadWeights;
-use super::patch_merge::{Base, Patches};
+use super::head_weights::{HeadWeights, Order};
+use super::patch_merge::{Base, Cells};
 use crate::net::neighbours::UNIT;
-use crate::net::plan::{CHANNEL_BLOCK, HALO};
+use crate::net::plan::CHANNEL_BLOCK;
 use crate::simd::Simd;
-use crate::simd::transpose::{self, four};
 
 /// Cells that are computed together.
 pub(super) const CELLS: usize = 4;
@@ -98,7 +97,7 @@ impl<const PATCH: usize> Pixels<'_, PATCH> {
 impl PatchTile<'_> {
     /// Values of scratch memory: the input's words, the window and the pixels.
     pub(super) fn scratch_len(head: &HeadWeights) -> usize {
-        let (rows, pitch) = window_size(head);
+        let (rows, pitch) = window_size(head.patch, reach(head));
         TILE * (head.input.channels.next_multiple_of(CHANNEL_BLOCK) + 2 * head.patch * head.patch)
             + rows * pitch
     }
@@ -110,7 +109,7 @@ impl PatchTile<'_> {
 
     /// The visibility of the cells, not clamped.
     #[inline(always)]
-    pub(super) fn run<'s, D: Dot>(&self, dot: D, scratch: &'s mut [f32]) -> Patches<'s> {
+    pub(super) fn run<'s, D: Dot>(&self, dot: D, scratch: &'s mut [f32]) -> Cells<'s> {
         assert!(D::Simd::ACCUMULATORS >= CELLS * GROUP, "registers for the sums");
         match self.weights.patch {
             4 => self.run_patches::<D, 4>(dot, scratch),
@@ -120,20 +119,24 @@ impl PatchTile<'_> {
     }
 
     #[inline(always)]
-    fn run_patches<'s, D: Dot, const PATCH: usize>(&self, dot: D, scratch: &'s mut [f32]) -> Patches<'s> {
+    fn run_patches<'s, D: Dot, const PATCH: usize>(&self, dot: D, scratch: &'s mut [f32]) -> Cells<'s> {
         let lanes = D::Simd::LANES;
         let HeadWeights { input, neighbours, weights, .. } = self.weights;
         let words = input.channels.div_ceil(D::PACKED);
         let pitch = input.channels.next_multiple_of(lanes) / D::PACKED;
         let count = (self.width.div_ceil(PATCH) - self.first).min(TILE);
-        let (rows, columns) = window_size(self.weights);
+        let reach = reach(self.weights);
+        let (rows, columns) = window_size(PATCH, reach);
         let (packed, rest) = scratch.split_at_mut(TILE * pitch);
         let (window, rest) = rest.split_at_mut(rows * columns);
         let (found, rest) = rest.split_at_mut(TILE * PATCH * PATCH);
         let values = &mut rest[..TILE * PATCH * PATCH];
-        self.pack(dot, packed, count.next_multiple_of(CELLS));
-        self.copy(window, columns);
-        let window = Window { found: window, pitch: columns, reach: reach(self.weights) };
+        for (i, packed) in packed.chunks_exact_mut(CELLS * pitch).take(count.div_ceil(CELLS)).enumerate() {
+            let first = self.first + i * CELLS;
+            self.weights.pack(dot, self.features, (first, CELLS), packed);
+        }
+        self.copy(window, (reach, columns));
+        let window = Window { found: window, pitch: columns, reach };
         let mut pixels = Pixels::<PATCH> { window, found, values };
         let vectors = (1 + neighbours.len()) * PATCH * PATCH / lanes;
         for (group, weights) in weights.chunks_exact(GROUP * words * lanes).enumerate() {
@@ -157,41 +160,12 @@ impl PatchTile<'_> {
                 }
             }
         }
-        Patches { pixels: pixels.values, first: self.first, count, patch: PATCH }
-    }
-
-    /// Packs the input of the cells: by cells that are computed together, word, cell. Cells beyond the image repeat the last one.
-    #[inline(always)]
-    fn pack<D: Dot>(&self, dot: D, out: &mut [f32], cells: usize) {
-        let (lanes, width) = (D::Simd::LANES, self.weights.input.width);
-        let words = lanes / D::PACKED;
-        let blocks = self.weights.input.channels.div_ceil(lanes);
-        for (i, out) in out.chunks_exact_mut(blocks * words * CELLS).take(cells / CELLS).enumerate() {
-            let block_len = (width + 2 * HALO) * lanes;
-            let blocks = self.features.chunks_exact(block_len).zip(out.chunks_exact_mut(words * CELLS));
-            for (block, (features, out)) in blocks.enumerate() {
-                let per_unit = &self.weights.steps.per_unit[block * lanes..];
-                let zero = &self.weights.steps.zero[block * lanes..];
-                let packed = |c: usize| {
-                    let x = (self.first + i * CELLS + c).min(width - 1) + HALO;
-                    let mut packed = [0.0; CHANNEL_BLOCK];
-                    dot.pack(dot.simd().load(&features[x * lanes..]), per_unit, zero, &mut packed);
-                    packed
-                };
-                let cells = [packed(0), packed(1), packed(2), packed(3)];
-                for (j, out) in out.as_chunks_mut::<16>().0.iter_mut().enumerate() {
-                    let words = |c: usize| four(&cells[c], 4 * j);
-                    let columns = transpose::columns([words(0), words(1), words(2), words(3)]);
-                    out.copy_from_slice(columns.as_flattened());
-                }
-            }
-        }
+        Cells { values: pixels.values, order: Order::Pixels, first: self.first, count, patch: PATCH }
     }
 
     /// Copies what the search found; edges repeat. Zeros if nothing is corrected.
     #[inline(always)]
-    fn copy(&self, window: &mut [f32], columns: usize) {
-        let reach = reach(self.weights);
+    fn copy(&self, window: &mut [f32], (reach, columns): (usize, usize)) {
         let Some(Base { found, row_len, first: top, .. }) = self.base else {
             return window.fill(0.0);
         };
@@ -218,6 +192,6 @@ fn reach(head: &HeadWeights) -> usize {
 }
 
 /// Rows and columns of a tile with its neighbours (px).
-fn window_size(head: &HeadWeights) -> (usize, usize) {
-    (head.patch + 2 * reach(head), TILE * head.patch + 2 * reach(head))
+fn window_size(patch: usize, reach: usize) -> (usize, usize) {
+    (patch + 2 * reach, TILE * patch + 2 * reach)
 }

@@ -1,6 +1,6 @@
 //! From the pixels of patches to rows of the image. See [`crate::net::graph::Op::PatchMerge`].
 
-use super::head_weights::VECTORS;
+use super::head_weights::{Order, VECTORS};
 use crate::net::neighbours::UNIT;
 use crate::net::plan::CHANNEL_BLOCK;
 use crate::simd::transpose::{self, four};
@@ -11,18 +11,11 @@ const MOST_PIXELS: usize = VECTORS * CHANNEL_BLOCK * 8;
 
 /// Neighbouring cells of a row of cells, as patches of pixels.
 pub(super) struct Cells<'a> {
-    /// For each plane and pixel of a patch, its value in every cell: visibility, or a correction and weights of shares.
+    /// With cells side by side: for each plane and pixel of a patch, its value in every cell, visibility, or a correction and weights of
+    /// shares. With pixels side by side: for each cell, the visibility of the pixels of its patch.
     pub(super) values: &'a [f32],
-    /// Index of the first cell.
-    pub(super) first: usize,
-    pub(super) count: usize,
-    /// Side of a patch (px).
-    pub(super) patch: usize,
-}
-
-/// The same with the values of each cell side by side: pixels of its patch, row by row.
-pub(super) struct Patches<'a> {
-    pub(super) pixels: &'a [f32],
+    /// Which of them lie side by side.
+    pub(super) order: Order,
     /// Index of the first cell.
     pub(super) first: usize,
     pub(super) count: usize,
@@ -70,45 +63,12 @@ impl Lines<'_> {
             if let Some(base) = self.base {
                 base.correct(line, (first, width), (cells, dy));
             }
-            clamp(line, depth);
+            for (value, depth) in line.iter_mut().zip(depth) {
+                // NaN, from weights so large that sums overflow, becomes 0.
+                let visibility = if *value > 0.0 { value.min(1.0) } else { 0.0 };
+                *value = if *depth == f32::INFINITY { 1.0 } else { visibility };
+            }
         }
-    }
-
-    /// The same of patches, whose values are the visibility.
-    #[inline(always)]
-    pub(super) fn write_patches(&mut self, patches: &Patches<'_>) {
-        match patches.patch {
-            4 => self.copy::<4>(patches),
-            8 => self.copy::<8>(patches),
-            patch => unreachable!("patches of {patch}"),
-        }
-    }
-
-    #[inline(always)]
-    fn copy<const PATCH: usize>(&mut self, patches: &Patches<'_>) {
-        let width = self.width;
-        let first = patches.first * PATCH;
-        let last = width.min(first + patches.count * PATCH);
-        let lines = self.image.chunks_exact_mut(width).zip(self.depth.chunks_exact(width));
-        for (dy, (line, depth)) in lines.enumerate() {
-            let (line, depth) = (&mut line[first..last], &depth[first..last]);
-            let rows = patches.pixels.as_chunks::<PATCH>().0.iter().skip(dy).step_by(PATCH);
-            let (whole, rest) = line.as_chunks_mut::<PATCH>();
-            let mut rows = rows;
-            whole.iter_mut().zip(&mut rows).for_each(|(to, row)| *to = *row);
-            rest.iter_mut().zip(rows.next().into_iter().flatten()).for_each(|(to, value)| *to = *value);
-            clamp(line, depth);
-        }
-    }
-}
-
-/// Into [0, 1]; 1 where the depth is infinite.
-#[inline(always)]
-fn clamp(line: &mut [f32], depth: &[f32]) {
-    for (value, depth) in line.iter_mut().zip(depth) {
-        // NaN, from weights so large that sums overflow, becomes 0.
-        let visibility = if *value > 0.0 { value.min(1.0) } else { 0.0 };
-        *value = if *depth == f32::INFINITY { 1.0 } else { visibility };
     }
 }
 
@@ -168,6 +128,13 @@ impl Cells<'_> {
     #[inline(always)]
     fn write(&self, plane: usize, dy: usize, line: &mut [f32]) {
         let (patch, count) = (self.patch, self.count);
+        if self.order == Order::Pixels {
+            return match patch {
+                4 => copy::<4>(self.values, dy, line),
+                8 => copy::<8>(self.values, dy, line),
+                _ => unreachable!("patches of {patch}"),
+            };
+        }
         let first = (plane * patch + dy) * patch * count;
         let phases = self.values[first..][..patch * count].chunks_exact(count);
         match patch {
@@ -178,6 +145,15 @@ impl Cells<'_> {
             _ => unreachable!("patches of {patch}"),
         }
     }
+}
+
+/// Row `dy` of each patch becomes its pixels.
+#[inline(always)]
+fn copy<const PATCH: usize>(patches: &[f32], dy: usize, line: &mut [f32]) {
+    let mut rows = patches.as_chunks::<PATCH>().0.iter().skip(dy).step_by(PATCH);
+    let (whole, rest) = line.as_chunks_mut::<PATCH>();
+    whole.iter_mut().zip(&mut rows).for_each(|(to, row)| *to = *row);
+    rest.iter_mut().zip(rows.next().into_iter().flatten()).for_each(|(to, value)| *to = *value);
 }
 
 /// Value `cell` of phase `dx` becomes pixel `cell * PATCH + dx`.
