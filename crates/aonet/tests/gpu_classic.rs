@@ -352,7 +352,7 @@ fn bent_normals_are_the_cpus() {
     let guarded = waves(Size::px(90, 60)).with_margin(Margin { x: 9, y: 7 }).unwrap();
     for gbuffer in [frame(Size::px(130, 70), 4), waves(Size::px(120, 83)), guarded] {
         let window = gbuffer.window();
-        for name in ["gtao", "gtao:tuned", "agtao", "agtao:tuned"] {
+        for name in ["gtao", "gtao:tuned", "agtao", "agtao:tuned", "arcs", "arcs:tuned"] {
             let method = Classic::named(name).unwrap();
             let (mut image, mut expected) = (AoImage::open(window.size()), BentNormals::zeros(window.size()));
             let mut session = Session::with_bent_normals(&method, window, Options::default()).unwrap();

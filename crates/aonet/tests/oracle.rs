@@ -169,15 +169,24 @@ const BENT_TOLERANCE: f32 = 0.2;
 #[test]
 fn bent_normals_are_what_their_definition_says() {
     let tuned = tuned();
-    for agtao in [
-        tuned,
-        AgtaoParams { denoise_passes: 0, follow: 0.1, ..tuned },
-        AgtaoParams { denoise_passes: 0, slices: 2, power: 1.0, attenuation: 0.3, angle_bias: 0.0, ..tuned },
+    for search in [
+        SearchConfig::Agtao(tuned),
+        SearchConfig::Agtao(AgtaoParams { denoise_passes: 0, follow: 0.1, ..tuned }),
+        SearchConfig::Agtao(AgtaoParams {
+            denoise_passes: 0,
+            slices: 2,
+            power: 1.0,
+            attenuation: 0.3,
+            angle_bias: 0.0,
+            ..tuned
+        }),
+        SearchConfig::Arcs(ArcsParams::default()),
+        SearchConfig::Arcs(ArcsParams { denoise_passes: 0, slices: 2, power: 1.4, ..ArcsParams::default() }),
     ] {
-        let model = searching(SearchConfig::Agtao(agtao));
+        let model = searching(search);
         for gbuffer in frames() {
             let size = gbuffer.size();
-            let expected = naive::bent_normals(&agtao, &gbuffer, params());
+            let expected = naive::bent_normals(&search, &gbuffer, params());
             for level in Level::available() {
                 let options = Options { threads: 2, level, precision: Precision::F32 };
                 let mut session = Session::with_bent_normals(&model, size, options).unwrap();
@@ -198,7 +207,7 @@ fn bent_normals_are_what_their_definition_says() {
                 let far = |i: &usize| angles[*i] > BENT_TOLERANCE && image.visibility()[*i] > 0.05;
                 let flipped = (0..angles.len()).filter(far).count();
                 let share = flipped as f32 / angles.len() as f32;
-                let what = format!("{agtao:?}, {size:?}, {level:?}");
+                let what = format!("{search:?}, {size:?}, {level:?}");
                 assert!(share <= FLIPPED_SHARE, "{what}: {flipped} pixels are off");
             }
         }
@@ -216,13 +225,9 @@ fn networks_with_any_search_have_bent_normals_and_others_say_so() {
     let gbuffer = &frames()[0];
     let size = gbuffer.size();
     let (mut image, mut found) = (AoImage::open(size), BentNormals::zeros(size));
-    // Beside connected arcs, the tuned horizon search runs.
     let arcs = searching(SearchConfig::Arcs(ArcsParams::default()));
     let mut session = Session::with_bent_normals(&arcs, size, Options::default()).unwrap();
     session.run_with_bent_normals(gbuffer, params(), &mut image, &mut found).unwrap();
-    let expected = naive::bent_normals(&tuned(), gbuffer, params());
-    let pairs = found.directions().iter().zip(expected.directions());
-    assert!(pairs.filter(|(a, b)| degrees(**a, **b) > BENT_TOLERANCE).count() < 100);
     let mut without = Session::new(&arcs, size, 1).unwrap();
     assert!(without.run_with_bent_normals(gbuffer, params(), &mut image, &mut found).is_err());
     let paper = model(ModelConfig::paper(), 1);

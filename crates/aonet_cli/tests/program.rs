@@ -271,9 +271,10 @@ fn bent_normals_are_channels_or_a_file_of_their_own() {
     desk.ok("trace procedural:clutter_pile:1 --view view.json --spp 8 -o plain.exr");
     assert!(channel("frame.exr") && !channel("plain.exr"));
     desk.ok("classic gtao frame.exr -o gtao.exr --bent-normals");
+    desk.ok("classic arcs frame.exr -o arcs.exr --bent-normals");
     let facts = desk.json("infer frame.exr -o balanced.exr --bent-normals=bent.exr --json");
     assert_eq!(facts["bent_normals"], json!("bent.exr"));
-    assert!(channel("gtao.exr") && channel("bent.exr") && !channel("balanced.exr"));
+    assert!(channel("gtao.exr") && channel("arcs.exr") && channel("bent.exr") && !channel("balanced.exr"));
     desk.ok("infer frame.exr --model high -o high.png --bent-normals=bent.png");
     assert!(desk.path("bent.png").exists() && desk.path("high.png").exists());
     let times =
@@ -281,9 +282,9 @@ fn bent_normals_are_channels_or_a_file_of_their_own() {
     assert!(times["bent_normals"][0]["times"]["ratio"].as_f64().unwrap() > 0.0, "{times}");
     desk.ok("dataset views --procedural clutter_pile:1 --frames 1 --width 48 --height 32 --spp 4");
     let rows = desk.json("bent views --spp 16 --model fast --json");
-    assert_eq!(rows["rows"].as_array().unwrap().len(), 5);
+    assert_eq!(rows["rows"].as_array().unwrap().len(), 6);
     for (line, word) in [
-        ("classic arcs frame.exr -o x.exr --bent-normals", "gtao or agtao"),
+        ("classic vbao frame.exr -o x.exr --bent-normals", "gtao, agtao or arcs"),
         ("classic gtao frame.exr -o x.png --bent-normals", "--bent-normals=FILE"),
         ("classic gtao frame.exr -o x.exr --bent-normals=x.jpg", ".png"),
         ("infer frame.exr --model paper -o x.exr --bent-normals", "without a search"),

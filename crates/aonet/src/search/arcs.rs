@@ -5,6 +5,7 @@
 // hides only light that passes close behind it, where no second layer shows anything.
 
 use super::PixelShares;
+use super::bent::{BEAM, BENT_SHARES, Beams};
 use super::cubic::Spacing;
 use super::gtao::power;
 use super::noise::noise_at;
@@ -79,6 +80,10 @@ pub(crate) struct Arcs<'a> {
     lost: [f32; SHARES],
 }
 
+/// Where the parts of a side end whose lost light has one direction: shares of the way from the viewer's cosine to the tangent plane's.
+/// Above a plane that faces the viewer they hold a quarter of its light each.
+pub(crate) const PARTS: [f32; 4] = [0.133_974_6, 0.292_893_2, 0.5, 1.0];
+
 /// Sectors of one side.
 #[derive(Clone, Copy)]
 struct Blocked<S: Simd> {
@@ -91,18 +96,16 @@ struct Blocked<S: Simd> {
 impl<S: Simd> Blocked<S> {
     /// Sectors of each share: what is hit is not hidden, and what is hidden is not off.
     #[inline(always)]
-    fn counts(&self) -> [F<S>; SHARES] {
+    fn shares(&self) -> [U<S>; SHARES] {
         let mut seen = self.hit;
-        let mut before = seen.count_ones().float();
-        let mut counts = [before; SHARES];
         let [close, middle, deep] = self.hidden;
-        for (count, more) in counts[1..].iter_mut().zip(&[close, middle, deep, self.off]) {
-            seen = seen | *more;
-            let now = seen.count_ones().float();
-            *count = now - before;
-            before = now;
+        let mut shares = [self.hit, close, middle, deep, self.off];
+        for share in &mut shares[1..] {
+            let all = seen | *share;
+            *share = all - seen;
+            seen = all;
         }
-        counts
+        shares
     }
 }
 
@@ -282,36 +285,100 @@ impl<'a> Arcs<'a> {
         side.sector(way.mul_add(leaves, inside))
     }
 
-    /// Shares of a pixel's light.
+    /// The vector of the light that a side loses, towards the viewer and along: what is lost in each of its parts has the mean direction
+    /// of the part's light.
     #[inline(always)]
-    fn shares_of<S: Simd, const LAYERS: usize>(
+    fn lost_beam<S: Simd>(&self, side: &Side<'_, S>, shares: &[U<S>; SHARES]) -> [F<S>; 2] {
+        let simd = side.dither.simd();
+        let zero = F::new(simd, 0.0);
+        let tangent = (side.slice.sin_n * -side.sign).max(-1.0).min(1.0);
+        let (mut lost, mut begin, mut above) = ([zero; 2], zero, [zero; BEAM]);
+        for part in PARTS {
+            let cosine = (tangent - 1.0).mul_add(part, 1.0);
+            let beam = side.slice.beam_above::<BEAM>(cosine, side.sign);
+            let end = match part < 1.0 {
+                true => side.sector_below(beam[0]),
+                false => F::new(simd, SECTORS),
+            };
+            let bits = sectors(begin.round(), end.round());
+            let mut count = zero;
+            for (share, lost) in shares.iter().zip(self.lost) {
+                count = (*share & bits).count_ones().float().mul_add(lost, count);
+            }
+            let share = count / (end - begin).max(1.0);
+            for c in 0..2 {
+                lost[c] = (beam[c + 1] - above[c + 1]).mul_add(share, lost[c]);
+            }
+            (begin, above) = (end, beam);
+        }
+        lost
+    }
+
+    /// Shares of a pixel's light; the vectors of what is lost only with BENT.
+    #[inline(always)]
+    fn shares_of<S: Simd, const LAYERS: usize, const BENT: bool>(
         &self,
         p: &Pixels<S>,
         [turn, jitter]: [F<S>; 2],
-    ) -> [F<S>; SHARES] {
+    ) -> ([F<S>; SHARES], Beams<S>) {
         let simd = p.x.simd();
         let inverse = 1.0 / self.params.slices as f32;
         let zero = F::new(simd, 0.0);
-        let (mut shares, mut open) = ([zero; SHARES], zero);
+        let (mut shares, mut open, mut beams) = ([zero; SHARES], zero, Beams::new(simd));
         for s in 0..self.params.slices {
             let slice = Slice::towards(p, ((turn + s as f32) * (PI * inverse)).cos_sin_of_half_turn());
             let dither = jitter.mul_add(7.0, s as f32 * 0.414_214).fract();
             let jitter = (jitter + s as f32 * 0.618_034).fract();
+            let mut lost = [zero; 2];
             for sign in [1.0, -1.0] {
                 let (side, light) = self.side(p, &slice, sign, dither);
                 let light = light * slice.normal_length;
-                let counts = self.blocked::<S, LAYERS>(&side, jitter).counts();
+                let found = self.blocked::<S, LAYERS>(&side, jitter).shares();
                 for c in 0..SHARES {
-                    shares[c] = counts[c].mul_add(light, shares[c]);
+                    shares[c] = found[c].count_ones().float().mul_add(light, shares[c]);
                 }
                 open += light;
+                if BENT {
+                    let [towards, along] = self.lost_beam(&side, &found);
+                    lost = [lost[0] + towards, lost[1] + along];
+                }
+            }
+            if BENT {
+                beams.add(p, &slice, lost);
             }
         }
         let inverse = (1.0 / SECTORS) / open.max(1e-6);
         for share in &mut shares {
             *share *= inverse;
         }
-        shares
+        (shares, beams)
+    }
+
+    /// Visibility and shares of the pixels from a place on, then the bend where N has room for it.
+    #[inline(always)]
+    fn planes<S: Simd, const BENT: bool, const N: usize>(
+        &self,
+        p: &Pixels<S>,
+        (x, y): (usize, usize),
+    ) -> [F<S>; N] {
+        let noise = noise_at(p.x.simd(), x, y);
+        let (shares, beams) = if self.layers[1].0.is_empty() {
+            self.shares_of::<S, 1, BENT>(p, noise)
+        } else {
+            self.shares_of::<S, 2, BENT>(p, noise)
+        };
+        let mut planes = [F::new(p.x.simd(), 1.0); N];
+        for c in 0..SHARES {
+            planes[0] = shares[c].mul_add(-self.lost[c], planes[0]);
+            planes[c + 1] = shares[c];
+        }
+        let share = planes[0].saturate();
+        planes[0] = power(share, self.params.power);
+        if BENT {
+            let bend = beams.bend(p, self.params.slices, [share, planes[0]]);
+            planes[PLANES..].copy_from_slice(&[bend.x, bend.y, bend.z]);
+        }
+        planes
     }
 
     /// How much deeper along a ray it enters the sphere of the AO radius, and leaves it. The ray starts at an offset from the
@@ -338,19 +405,14 @@ impl<'a> Arcs<'a> {
 
 impl PixelShares<PLANES> for Arcs<'_> {
     #[inline(always)]
-    fn shares<S: Simd>(&self, p: &Pixels<S>, (x, y): (usize, usize)) -> [F<S>; PLANES] {
-        let noise = noise_at(p.x.simd(), x, y);
-        let shares = if self.layers[1].0.is_empty() {
-            self.shares_of::<S, 1>(p, noise)
-        } else {
-            self.shares_of::<S, 2>(p, noise)
-        };
-        let mut planes = [F::new(p.x.simd(), 1.0); PLANES];
-        for c in 0..SHARES {
-            planes[0] = shares[c].mul_add(-self.lost[c], planes[0]);
-            planes[c + 1] = shares[c];
-        }
-        planes[0] = power(planes[0].saturate(), self.params.power);
-        planes
+    fn shares<S: Simd>(&self, p: &Pixels<S>, at: (usize, usize)) -> [F<S>; PLANES] {
+        self.planes::<S, false, PLANES>(p, at)
+    }
+}
+
+impl PixelShares<BENT_SHARES> for Arcs<'_> {
+    #[inline(always)]
+    fn shares<S: Simd>(&self, p: &Pixels<S>, at: (usize, usize)) -> [F<S>; BENT_SHARES] {
+        self.planes::<S, true, BENT_SHARES>(p, at)
     }
 }

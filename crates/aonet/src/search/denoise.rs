@@ -1,7 +1,7 @@
 //! An edge-aware 5x5 filter: neighbours count as far as they lie on the pixel's plane and face its way.
 // As XeGTAO's denoiser in purpose; that one finds edges by depth alone and is 3x3, repeated.
 
-use super::bent::BENT_PLANES;
+use super::bent::{BENT_PLANES, BENT_SHARES};
 use super::cubic::{Power, Raise};
 use super::screen::{Pixels, Screen};
 use super::shares::PLANES;
@@ -76,7 +76,7 @@ pub(crate) struct Filter<'a> {
     by: Denoise,
     pass: Pass,
     input: Input<'a>,
-    /// Number of planes: 1, 2, [`BENT_PLANES`] or [`PLANES`].
+    /// Number of planes: 1, 2, [`BENT_PLANES`], [`PLANES`] or [`BENT_SHARES`].
     count: usize,
 }
 
@@ -124,6 +124,7 @@ impl<'a> Filter<'a> {
             2 => isa.run_on_pixels(FilteredRows::<2> { filter: self, first, rows }),
             BENT_PLANES => isa.run_on_pixels(FilteredRows::<BENT_PLANES> { filter: self, first, rows }),
             PLANES => isa.run_on_pixels(FilteredRows::<PLANES> { filter: self, first, rows }),
+            BENT_SHARES => isa.run_on_pixels(FilteredRows::<BENT_SHARES> { filter: self, first, rows }),
             count => unreachable!("no search reports {count} values for a pixel"),
         }
     }

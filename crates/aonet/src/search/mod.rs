@@ -40,7 +40,7 @@ use crate::frame::gbuffer::GBuffer;
 use crate::simd::lanes::F;
 use crate::simd::{Isa, Kernel, Simd};
 use crate::threads::Band;
-pub(crate) use bent::BENT_PLANES;
+pub(crate) use bent::{BEND, BENT_PLANES, BENT_SHARES};
 #[doc(hidden)]
 pub use denoise::Pass;
 pub(crate) use denoise::{Denoise, Filter, Input, KEEP};
@@ -224,14 +224,17 @@ impl Classic {
         }
     }
 
-    /// Whether it can report bent normals: the methods with horizons do.
+    /// Whether it can report bent normals: the methods with horizons and connected arcs do.
     pub fn has_bent_normals(&self) -> bool {
         match self {
-            Self::Gtao(_) | Self::Agtao(_) => true,
-            Self::Ssao(_) | Self::Hbao(_) | Self::Ssdo(_) | Self::Nnao(_) | Self::Vbao(_) | Self::Arcs(_) => {
-                false
-            }
+            Self::Gtao(_) | Self::Agtao(_) | Self::Arcs(_) => true,
+            Self::Ssao(_) | Self::Hbao(_) | Self::Ssdo(_) | Self::Nnao(_) | Self::Vbao(_) => false,
         }
+    }
+
+    /// Values that it reports for a pixel, without bent normals: the visibility, and the shares of connected arcs.
+    pub(crate) fn planes(&self) -> usize {
+        if matches!(self, Self::Arcs(_)) { PLANES } else { 1 }
     }
 
     /// # Errors
@@ -239,7 +242,7 @@ impl Classic {
     pub(crate) fn check_bent_normals(&self) -> Result<()> {
         match self.has_bent_normals() {
             true => Ok(()),
-            false => Err(Error::value("method with bent normals", "gtao or agtao", self.name())),
+            false => Err(Error::value("method with bent normals", "gtao, agtao or arcs", self.name())),
         }
     }
 
@@ -302,8 +305,20 @@ pub(crate) fn arcs_band(
     band: Band<'_>,
 ) {
     let method = &arcs::Arcs::new(screen, params, surfels);
-    isa.run_on_chains(Rows { screen, method, first: band.first, rows: &mut *band.values });
+    isa.run_on_chains(Rows::<_, PLANES> { screen, method, first: band.first, rows: &mut *band.values });
     open_background(screen.gbuffer(), PLANES, band);
+}
+
+/// Writes a band of connected arcs with bent normals before the filter: visibility, shares and bend. Otherwise as [`arcs_band`].
+pub(crate) fn bent_arcs_band(
+    isa: Isa,
+    (params, surfels): (ArcsParams, [&[f32]; 2]),
+    screen: &Screen<'_>,
+    band: Band<'_>,
+) {
+    let method = &arcs::Arcs::new(screen, params, surfels);
+    isa.run_on_chains(Rows::<_, BENT_SHARES> { screen, method, first: band.first, rows: &mut *band.values });
+    open_background(screen.gbuffer(), BENT_SHARES, band);
 }
 
 /// Sets a band of so many planes to 1 on the background, and to 0 after the first plane.

@@ -2,7 +2,7 @@
 
 use super::agtao::{Agtao, AgtaoParams};
 use super::arcs::{Arcs, ArcsParams};
-use super::bent::{self, BENT_PLANES};
+use super::bent::{self, BEND, BENT_PLANES, BENT_SHARES};
 use super::denoise::{Denoise, Filter, Input};
 use super::gtao::{Gtao, GtaoParams};
 use super::hbao::{Hbao, HbaoParams};
@@ -98,13 +98,13 @@ impl Session {
         Self::of_planes(1, method, window.into(), options)
     }
 
-    /// [`Session::new`] for [`Session::run_with_bent_normals`]; it needs four times the memory.
+    /// [`Session::new`] for [`Session::run_with_bent_normals`]; it needs four times the memory, with connected arcs three times.
     ///
     /// # Errors
-    /// As [`Session::new`]; also when the method has no bent normals: only GTAO and attenuated GTAO have.
+    /// As [`Session::new`]; also when the method has no bent normals: only GTAO, attenuated GTAO and connected arcs have.
     pub fn with_bent_normals(method: &Classic, window: impl Into<Window>, options: Options) -> Result<Self> {
         method.check_bent_normals()?;
-        Self::of_planes(BENT_PLANES, method, window.into(), options)
+        Self::of_planes(method.planes() + BEND, method, window.into(), options)
     }
 
     /// A session that finds so many values for a pixel.
@@ -146,7 +146,7 @@ impl Session {
         bent: &mut BentNormals,
     ) -> Result<()> {
         let Memory { planes, window, .. } = self.memory;
-        bent::check(planes == BENT_PLANES, window, bent)?;
+        bent::check(planes > 1, window, bent)?;
         self.run(gbuffer, params, image)?;
         bent::write(&mut self.memory.workers, gbuffer, &self.memory.found, bent);
         Ok(())
@@ -171,14 +171,15 @@ impl Session {
             Prepared::Agtao(p) => memory.run_with_bend(screen, &Agtao::new(screen, *p), p.denoise()),
             Prepared::Arcs(p, surfels, shares) => {
                 surfels.fill(memory.isa, screen, &mut memory.workers);
-                find(
-                    &mut memory.workers,
-                    memory.isa,
-                    screen,
-                    &Arcs::new(screen, *p, surfels.layers()),
-                    shares,
-                );
-                memory.take_visibility(shares);
+                let Memory { workers, isa, planes, found, .. } = memory;
+                let arcs = &Arcs::new(screen, *p, surfels.layers());
+                match *planes {
+                    BENT_SHARES => find::<BENT_SHARES>(workers, *isa, screen, arcs, found),
+                    _ => {
+                        find::<PLANES>(workers, *isa, screen, arcs, shares);
+                        memory.take_visibility(shares);
+                    }
+                }
                 memory.filter(screen, p.denoise());
             }
         }
@@ -195,7 +196,8 @@ impl Session {
         };
         let (memory, screen) = (&mut self.memory, &Screen::new(gbuffer, params));
         surfels.fill(memory.isa, screen, &mut memory.workers);
-        find(&mut memory.workers, memory.isa, screen, &Arcs::new(screen, *p, surfels.layers()), shares);
+        let arcs = &Arcs::new(screen, *p, surfels.layers());
+        find::<PLANES>(&mut memory.workers, memory.isa, screen, arcs, shares);
         Ok(Shares::of_picture(gbuffer, shares))
     }
 
@@ -216,9 +218,9 @@ struct Memory {
     window: Window,
     isa: Isa,
     workers: Workers,
-    /// Values for a pixel: 1, or [`BENT_PLANES`].
+    /// Values for a pixel: 1, [`BENT_PLANES`] or [`BENT_SHARES`].
     planes: usize,
-    /// Visibility, and bend where there is one, before a pass of the filter, and after it: row by row, plane by plane.
+    /// Visibility, and with bent normals what else the method finds, before a pass of the filter, and after it: row by row, plane by plane.
     found: Aligned,
     filtered: Aligned,
 }

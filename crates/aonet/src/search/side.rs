@@ -112,7 +112,12 @@ impl<S: Simd> Side<'_, S> {
     #[inline(always)]
     pub(crate) fn sector(&self, offset: V2<S>) -> F<S> {
         let cosine = offset.towards * offset.dot(offset).max(1e-36).rough_inverse_sqrt();
-        let light = self.slice.light_above(cosine.max(self.lowest).min(1.0), self.sign);
+        self.sector_below(self.slice.light_above(cosine.max(self.lowest).min(1.0), self.sign))
+    }
+
+    /// Sectors that hold so much light below the viewer: a whole number.
+    #[inline(always)]
+    pub(crate) fn sector_below(&self, light: F<S>) -> F<S> {
         light.mul_add(self.scale, self.dither).max(0.0).min(SECTORS).round().float()
     }
 

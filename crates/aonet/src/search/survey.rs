@@ -1,7 +1,7 @@
 //! Connected arcs from one pixel of every patch, for networks that compute at the resolution of patches.
 
 use super::arcs::Arcs;
-use super::shares::SHARES;
+use super::shares::{PLANES, SHARES};
 use super::{ArcsParams, PixelShares, Screen};
 use crate::frame::BACKGROUND;
 use crate::simd::lanes::F;
@@ -57,7 +57,8 @@ impl Kernel for Rows<'_> {
                 let pixels: [usize; MAX_LANES] =
                     std::array::from_fn(|lane| ((from + lane) * patch + left).min(width - 1));
                 let seen = F::load(simd, &pixels.map(|x| depth[x])).lt(BACKGROUND);
-                let planes = arcs.shares(&screen.pixels_in(simd, pixels, y), (from, cell_row));
+                let planes: [F<S>; PLANES] =
+                    arcs.shares(&screen.pixels_in(simd, pixels, y), (from, cell_row));
                 let to = columns.min(from + S::LANES);
                 let mut store = |c: usize, values: F<S>| {
                     values.store(&mut row[c * line + halo + from..c * line + halo + to]);

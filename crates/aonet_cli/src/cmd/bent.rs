@@ -29,10 +29,11 @@ pub(crate) struct Args {
     /// Frames to measure, evenly spread over the dataset [default: all].
     #[arg(long)]
     frames: Option<usize>,
-    /// Classic method with bent normals: a name or a file of `aonet tune`; may be repeated [default: gtao, gtao:tuned, agtao:tuned].
+    /// Classic method with bent normals: a name or a file of `aonet tune`; may be repeated [default: gtao, gtao:tuned, agtao:tuned,
+    /// arcs:tuned].
     #[arg(long, value_name = "METHOD")]
     classic: Vec<String>,
-    /// Network with a search: a name or a file; may be repeated [default: fast, balanced].
+    /// Network with a search: a name or a file; may be repeated [default: fast, balanced, high].
     #[arg(long, value_name = "MODEL")]
     model: Vec<PathBuf>,
     /// Rays per pixel.
@@ -53,8 +54,9 @@ pub(crate) fn run(args: &Args) -> Result<()> {
         [] => defaults.iter().map(|name| (*name).to_owned()).collect(),
         named => named.to_vec(),
     };
-    let methods = setup::classic(&given(&args.classic, &["gtao", "gtao:tuned", "agtao:tuned"]))?;
-    let defaults = ["fast", "balanced"].map(PathBuf::from);
+    let methods =
+        setup::classic(&given(&args.classic, &["gtao", "gtao:tuned", "agtao:tuned", "arcs:tuned"]))?;
+    let defaults = ["fast", "balanced", "high"].map(PathBuf::from);
     let paths = if args.model.is_empty() { &defaults[..] } else { &args.model };
     let models: Vec<(String, Model)> = paths
         .iter()

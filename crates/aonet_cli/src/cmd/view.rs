@@ -45,7 +45,7 @@ pub(crate) struct Args {
     /// (of light, as arcs finds them: open, hit, hidden, off the frame), or bent (bent normals).
     #[arg(long, default_value = "shaded")]
     show: String,
-    /// Light by bent normals, where the method has some: gtao, agtao, and the networks but the paper's.
+    /// Light by bent normals, where the method has some: gtao, agtao, arcs, and the networks but the paper's.
     #[arg(long)]
     bent_normals: bool,
     /// AO radius instead of the view's (world units).

@@ -110,6 +110,8 @@ impl Method {
             | Self::GtaoTuned
             | Self::Agtao
             | Self::AgtaoTuned
+            | Self::Arcs
+            | Self::ArcsTuned
             | Self::Fast
             | Self::Balanced
             | Self::High => true,
@@ -120,8 +122,6 @@ impl Method {
             | Self::HbaoTuned
             | Self::Vbao
             | Self::VbaoTuned
-            | Self::Arcs
-            | Self::ArcsTuned
             | Self::Paper
             | Self::Reference => false,
         }

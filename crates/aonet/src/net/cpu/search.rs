@@ -5,7 +5,7 @@ use crate::frame::ao_image::AoImage;
 use crate::net::config::SearchConfig;
 use crate::net::plan::{Buffer, HALO};
 use crate::search::survey::{Cells, survey_band};
-use crate::search::{self, ArcsParams, BENT_PLANES, Pass, Screen};
+use crate::search::{self, ArcsParams, BENT_PLANES, BENT_SHARES, Pass, Screen};
 
 /// Packs the normals of both layers.
 #[derive(Debug)]
@@ -45,6 +45,9 @@ impl Search {
                 search::bent_agtao_band(isa, params, screen, band);
             }
             SearchConfig::Agtao(params) => search::agtao_band(isa, params, screen, band),
+            SearchConfig::Arcs(params) if self.output.channels == BENT_SHARES => {
+                search::bent_arcs_band(isa, (params, surfels), screen, band);
+            }
             SearchConfig::Arcs(params) => search::arcs_band(isa, (params, surfels), screen, band),
         });
     }

@@ -94,8 +94,7 @@ impl Session {
         Self::of((Plan::new(model.graph(), window.buffer_size())?, None), model, window, options)
     }
 
-    /// [`Session::with_options`] for [`Session::run_with_bent_normals`]. The bent normals are those of the network's search; where that
-    /// is connected arcs, those of `agtao:tuned`, which runs beside it.
+    /// [`Session::with_options`] for [`Session::run_with_bent_normals`]. The bent normals are those of the network's search.
     ///
     /// # Errors
     /// As [`Session::with_options`], and when the network has no search.

@@ -30,7 +30,7 @@ pub struct Network {
     features: Features,
     /// The smallest one: its steps are those of every size.
     plan: Plan,
-    /// Visibility and bend of the search, and how they are drawn, where they are asked for.
+    /// What the search found, its bend included, and how bent normals are drawn, where they are asked for.
     bent: Option<(BufferId, BentEncoding)>,
     /// In the order of the plan's steps.
     convs: Vec<Conv>,
@@ -156,7 +156,9 @@ impl Network {
         }
         let image = image.ok_or_else(|| Error::config("graph", "an image at the end", "none"))?;
         let image = image.draw(surface, list);
-        let bent = self.bent.map(|(found, encoding)| bent::draw(place(&found), encoding, surface, list));
+        let bent = self.bent.map(|(found, encoding)| {
+            bent::draw((place(&found), plan.buffers[found].channels), encoding, surface, list)
+        });
         Ok((image, bent))
     }
 }

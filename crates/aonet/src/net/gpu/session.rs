@@ -24,8 +24,7 @@ impl Session<Network> {
         Self::of(on, network, size, options.output)
     }
 
-    /// A session that writes bent normals as well: those of the network's search; where that is connected arcs, those of
-    /// `agtao:tuned`, which runs beside it. The texture is that of
+    /// A session that writes bent normals as well: those of the network's search. The texture is that of
     /// [`ClassicSession::with_bent_normals`](crate::search::gpu::ClassicSession::with_bent_normals).
     ///
     /// # Errors

@@ -1,11 +1,12 @@
 //! Connected arcs of a frame, pixel by pixel in f64: what becomes of a pixel's light.
 //!
 //! A side of a slice has 32 sectors of equal light between the viewer and the tangent plane. Two taps on one surface block the
-//! sectors between them. Light that passes behind a tap of the last layer is hidden, and light that leaves the frame is off.
+//! sectors between them. Light that passes behind a tap of the last layer is hidden, and light that leaves the frame is off. For bent
+//! normals a side has four parts; what is lost in a part has the mean direction of its light.
 
 use super::Planes;
 use super::screen::Screen;
-use super::search::Slice;
+use super::search::{Lost, Slice};
 use crate::frame::ao_image::AoParams;
 use crate::frame::gbuffer::GBuffer;
 use crate::search::{ArcsParams, noise_of};
@@ -27,27 +28,28 @@ const LENGTH: f64 = 511.0;
 /// Light is hidden by less than these (share of the AO radius).
 const GAPS: [f64; 3] = [0.1, 0.3, 4.0];
 
-/// Visibility before the filter, and the shares after it: 6xHxW.
-pub(super) fn planes(arcs: &ArcsParams, gbuffer: &GBuffer, params: AoParams) -> Planes {
-    let shares = shares(arcs, gbuffer, params);
-    let weights = [arcs.hit, arcs.hidden_close, arcs.hidden_middle, arcs.hidden_deep, arcs.off];
-    Planes::from_fn((6, shares.height, shares.width), |plane, y, x| {
-        let share = |c: usize| shares.at(c, y as isize, x as isize);
-        let lost: f32 = weights.iter().enumerate().map(|(c, weight)| weight * share(c)).sum();
-        if plane == 0 { (1.0 - lost).clamp(0.0, 1.0).powf(arcs.power) } else { share(plane - 1) }
-    })
+/// Light lost for each share.
+fn weights(arcs: &ArcsParams) -> [f64; 5] {
+    [arcs.hit, arcs.hidden_close, arcs.hidden_middle, arcs.hidden_deep, arcs.off].map(f64::from)
 }
 
-/// 5xHxW shares before any filter: hit, hidden by less than each gap but not by less than the one before, off; 0 on the background.
-pub(super) fn shares(arcs: &ArcsParams, gbuffer: &GBuffer, params: AoParams) -> Planes {
+/// 9xHxW before any filter: visibility, shares and bend. 1 and 0 on the background.
+pub(super) fn planes(arcs: &ArcsParams, gbuffer: &GBuffer, params: AoParams) -> Planes {
     let screen = Screen::new(gbuffer, params);
     let (width, height) = (gbuffer.width(), gbuffer.height());
     let of = |i: usize| match gbuffer.is_foreground(i) {
-        true => screen.shares(arcs, i % width, i / width),
-        false => [0.0; 5],
+        true => screen.planes(arcs, i % width, i / width),
+        false => [1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0],
     };
     let pixels: Vec<_> = (0..width * height).map(of).collect();
-    Planes::from_fn((5, height, width), |c, y, x| pixels[y * width + x][c] as f32)
+    Planes::from_fn((9, height, width), |c, y, x| pixels[y * width + x][c] as f32)
+}
+
+/// 5xHxW shares before any filter: hit, hidden by less than each gap but not by less than the one before, off; 0 on the background.
+#[cfg(test)]
+pub(super) fn shares(arcs: &ArcsParams, gbuffer: &GBuffer, params: AoParams) -> Planes {
+    let found = planes(arcs, gbuffer, params);
+    Planes::from_fn((5, found.height, found.width), |c, y, x| found.at(c + 1, y as isize, x as isize))
 }
 
 /// What one pixel of every patch finds: the shares of light, 0 on the background, and 1 if there is a second layer. The pixel is the one
@@ -65,7 +67,7 @@ pub(super) fn survey(
         let [x, y] = cell.map(|c| c * patch + patch / 2);
         let (x, y) = (x.min(gbuffer.width() - 1), y.min(gbuffer.height() - 1));
         match gbuffer.is_foreground(y * gbuffer.width() + x) {
-            true => screen.shares_by(arcs, [x, y], noise_of(cell[0], cell[1])),
+            true => screen.looked(arcs, [x, y], noise_of(cell[0], cell[1])).0,
             false => [0.0; 5],
         }
     };
@@ -94,7 +96,33 @@ impl Side<'_> {
         let offset = place - self.pixel;
         let cosine = offset.dot(self.viewer) / offset.length().max(1e-18);
         let light = self.slice.light_above(cosine.clamp(self.lowest, 1.0), self.sign);
+        self.sector_below(light)
+    }
+
+    /// Sectors that hold so much light below the viewer: a whole number.
+    fn sector_below(&self, light: f64) -> u32 {
         (light * SECTORS / self.light + self.dither).clamp(0.0, SECTORS).round_ties_even() as u32
+    }
+
+    /// The vector of the light that the side loses, by its sectors of each share and the light lost for each.
+    fn lost_beam(&self, found: [u64; 5], weights: [f64; 5]) -> DVec3 {
+        let tangent = self.slice.lowest(0.0, self.sign);
+        let (mut lost, mut begin, mut above) = (DVec3::ZERO, 0, DVec3::ZERO);
+        for part in 1..=4 {
+            // Of a plane that faces the viewer, these parts hold a quarter of the light each.
+            let way = 1.0 - (1.0 - f64::from(part) / 4.0).sqrt();
+            let cosine = 1.0 + (tangent - 1.0) * way;
+            let beam = self.slice.beam_above(self.viewer, cosine, self.sign);
+            let end = match part {
+                4 => SECTORS as u32,
+                _ => self.sector_below(self.slice.light_above(cosine, self.sign)),
+            };
+            let count = |bits: u64| f64::from((bits & between(begin, end)).count_ones());
+            let sectors: f64 = weights.iter().zip(found).map(|(weight, bits)| weight * count(bits)).sum();
+            lost += (beam - above) * (sectors / f64::from(end - begin).max(1.0));
+            (begin, above) = (end, beam);
+        }
+        lost
     }
 
     /// Whether a place lies within the AO radius.
@@ -147,15 +175,23 @@ fn between(a: u32, b: u32) -> u64 {
 }
 
 impl Screen<'_> {
-    fn shares(&self, params: &ArcsParams, x: usize, y: usize) -> [f64; 5] {
-        self.shares_by(params, [x, y], noise_of(x, y))
+    /// Visibility, shares and bend of a pixel.
+    fn planes(&self, params: &ArcsParams, x: usize, y: usize) -> [f64; 9] {
+        let (shares, lost) = self.looked(params, [x, y], noise_of(x, y));
+        let gone: f64 = shares.iter().zip(weights(params)).map(|(share, weight)| share * weight).sum();
+        let share = (1.0 - gone).clamp(0.0, 1.0);
+        let powered = share.powf(f64::from(params.power));
+        let bend = lost.bend(self.normal(x, y), params.slices, [share, powered]);
+        let [hit, close, middle, deep, off] = shares;
+        [powered, hit, close, middle, deep, off, bend.x, bend.y, bend.z]
     }
 
-    fn shares_by(&self, params: &ArcsParams, [x, y]: [usize; 2], noise: [f32; 2]) -> [f64; 5] {
+    /// Shares of a pixel's light, and the vectors of its light.
+    fn looked(&self, params: &ArcsParams, [x, y]: [usize; 2], noise: [f32; 2]) -> ([f64; 5], Lost) {
         let (normal, viewer) = (self.normal(x, y), self.lens.to_viewer(x, y));
         let [turn, jitter] = noise.map(f64::from);
         let bias = f64::from(params.angle_bias).to_radians();
-        let (mut shares, mut open) = ([0.0; 5], 0.0);
+        let (mut shares, mut open, mut beams) = ([0.0; 5], 0.0, Lost::default());
         for s in 0..params.slices {
             let slice = Slice::new(normal, viewer, (turn + f64::from(s)) * PI / f64::from(params.slices));
             let dither = (jitter * 7.0 + f64::from(s) * 0.414_214).fract() - 0.5;
@@ -165,17 +201,21 @@ impl Screen<'_> {
                 let lowest = slice.lowest(bias, sign);
                 let pixel = self.lens.position(x, y, self.depth(x, y));
                 let side = Side { slice: &slice, sign, pixel, viewer, lowest, light, dither };
-                let counts = self.counts(params, [x, y], &side, jitter);
+                let found = self.found_on(params, [x, y], &side, jitter);
                 let light = light * slice.normal_length;
-                shares.iter_mut().zip(counts).for_each(|(share, count)| *share += count * light / SECTORS);
+                for (share, bits) in shares.iter_mut().zip(found) {
+                    *share += f64::from(bits.count_ones()) * light / SECTORS;
+                }
                 open += light;
+                beams.lost += slice.normal_length * side.lost_beam(found, weights(params));
+                beams.open += slice.normal_length * slice.sky(viewer, sign);
             }
         }
-        shares.map(|share| share / open)
+        (shares.map(|share| share / open), beams)
     }
 
     /// Sectors of each share on one side of a slice.
-    fn counts(&self, params: &ArcsParams, [x, y]: [usize; 2], side: &Side<'_>, jitter: f64) -> [f64; 5] {
+    fn found_on(&self, params: &ArcsParams, [x, y]: [usize; 2], side: &Side<'_>, jitter: f64) -> [u64; 5] {
         let reach_px = self.lens.projected_px(self.radius, self.depth(x, y));
         let layers = if self.gbuffer.second().is_some() { 2 } else { 1 };
         let [along, up] = side.slice.direction;
@@ -238,7 +278,7 @@ impl Screen<'_> {
         bits.map(|bits| {
             let new = bits & !counted;
             counted |= bits;
-            f64::from(new.count_ones())
+            new
         })
     }
 

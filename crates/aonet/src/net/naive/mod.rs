@@ -16,12 +16,12 @@ use crate::error::Result;
 use crate::frame::ao_image::{AoImage, AoParams};
 use crate::frame::bent_normals::BentNormals;
 use crate::frame::gbuffer::GBuffer;
-use crate::net::config::KernelWeights;
+use crate::net::config::{KernelWeights, SearchConfig};
 use crate::net::graph::{Activation, LEAKY_SLOPE, Op};
 use crate::net::kernel::{FIRST_TAP, GUIDE_CHANNELS, TAPS, WINDOW};
 use crate::net::model::Model;
 use crate::net::neighbours;
-use crate::search::{AgtaoParams, ArcsParams, KEEP, Pass};
+use crate::search::{ArcsParams, KEEP, Pass};
 
 pub use features::features;
 pub use vbao::vbao;
@@ -156,12 +156,12 @@ pub fn search(model: &Model, gbuffer: &GBuffer, params: AoParams) -> Option<Plan
     model.config().search.map(|config| search::search(&config, gbuffer, params))
 }
 
-/// The bent normals that attenuated GTAO finds on a frame without a guard band.
+/// The bent normals that a search finds on a frame without a guard band.
 ///
 /// # Panics
 /// Never: there is a direction for each pixel.
-pub fn bent_normals(agtao: &AgtaoParams, gbuffer: &GBuffer, params: AoParams) -> BentNormals {
-    let found = search::bent_normals(agtao, gbuffer, params);
+pub fn bent_normals(search: &SearchConfig, gbuffer: &GBuffer, params: AoParams) -> BentNormals {
+    let found = search::bent_normals(search, gbuffer, params);
     BentNormals::new(gbuffer.size(), found).expect("a direction for each pixel")
 }
 

@@ -22,20 +22,10 @@ const MOST_AVERTED: f64 = -0.25;
 
 /// What a search finds, its filter included: the visibility, and the shares that it reports.
 pub(super) fn search(config: &SearchConfig, gbuffer: &GBuffer, params: AoParams) -> Planes {
-    let screen = Screen::new(gbuffer, params);
-    let mut found = match config {
-        SearchConfig::Agtao(agtao) => Planes::from_fn((1, gbuffer.height(), gbuffer.width()), |_, y, x| {
-            match gbuffer.is_foreground(y * gbuffer.width() + x) {
-                true => screen.visibility(agtao, x, y)[0] as f32,
-                false => 1.0,
-            }
-        }),
-        SearchConfig::Arcs(arcs) => arcs::planes(arcs, gbuffer, params),
-    };
-    for pass in config.filter().passes() {
-        found = filter::filter(&screen, (config.filter(), pass), &found);
-    }
-    found
+    let found = bent_search(config, gbuffer, params);
+    Planes::from_fn((config.planes(), found.height, found.width), |c, y, x| {
+        found.at(c, y as isize, x as isize)
+    })
 }
 
 /// One pass of the filter of a search over the part of an image that the frame covers.
@@ -51,13 +41,13 @@ pub(super) fn filter(
     filter::filter(&Screen::new(gbuffer, params), (config.filter(), pass), &covered)
 }
 
-/// The bent normals of attenuated GTAO, its filter included. The frame has no guard band.
-pub(super) fn bent_normals(agtao: &AgtaoParams, gbuffer: &GBuffer, params: AoParams) -> Vec<[f32; 3]> {
-    let found = bent_search(agtao, gbuffer, params);
-    let pixels = gbuffer.depth().len();
+/// The bent normals of a search, its filter included. The frame has no guard band.
+pub(super) fn bent_normals(config: &SearchConfig, gbuffer: &GBuffer, params: AoParams) -> Vec<[f32; 3]> {
+    let found = bent_search(config, gbuffer, params);
+    let (pixels, bend) = (gbuffer.depth().len(), config.planes());
     let one = |i: usize| {
         let normal = DVec3::from(gbuffer.normal()[i].map(f64::from));
-        let [v, x, y, z] = [0, 1, 2, 3].map(|c| f64::from(found.values[c * pixels + i]));
+        let [v, x, y, z] = [0, bend, bend + 1, bend + 2].map(|c| f64::from(found.values[c * pixels + i]));
         let sum = normal * v + DVec3::new(x, y, z);
         let bent = if sum.length() > SHORTEST { sum.normalize() } else { normal };
         if gbuffer.is_foreground(i) { bent.to_array().map(|c| c as f32) } else { [0.0; 3] }
@@ -65,18 +55,22 @@ pub(super) fn bent_normals(agtao: &AgtaoParams, gbuffer: &GBuffer, params: AoPar
     (0..pixels).map(one).collect()
 }
 
-/// The visibility, and the bend.
-fn bent_search(agtao: &AgtaoParams, gbuffer: &GBuffer, params: AoParams) -> Planes {
+/// The visibility, the shares that the search reports, and the bend.
+fn bent_search(config: &SearchConfig, gbuffer: &GBuffer, params: AoParams) -> Planes {
     let screen = Screen::new(gbuffer, params);
-    let mut found =
-        Planes::from_fn((BENT_PLANES, gbuffer.height(), gbuffer.width()), |c, y, x| {
-            match gbuffer.is_foreground(y * gbuffer.width() + x) {
-                true => screen.visibility(agtao, x, y)[c] as f32,
-                false => [1.0, 0.0, 0.0, 0.0][c],
-            }
-        });
-    for pass in agtao.denoise().passes() {
-        found = filter::filter(&screen, (agtao.denoise(), pass), &found);
+    let mut found = match config {
+        SearchConfig::Agtao(agtao) => {
+            Planes::from_fn((BENT_PLANES, gbuffer.height(), gbuffer.width()), |c, y, x| {
+                match gbuffer.is_foreground(y * gbuffer.width() + x) {
+                    true => screen.visibility(agtao, x, y)[c] as f32,
+                    false => [1.0, 0.0, 0.0, 0.0][c],
+                }
+            })
+        }
+        SearchConfig::Arcs(arcs) => arcs::planes(arcs, gbuffer, params),
+    };
+    for pass in config.filter().passes() {
+        found = filter::filter(&screen, (config.filter(), pass), &found);
     }
     found
 }
@@ -85,6 +79,23 @@ fn bent_search(agtao: &AgtaoParams, gbuffer: &GBuffer, params: AoParams) -> Plan
 struct Light {
     light: f64,
     beam: DVec3,
+}
+
+/// Integrals of direction times light, sums over slices: what is lost, and the open sky of these slices.
+#[derive(Default)]
+pub(super) struct Lost {
+    pub(super) lost: DVec3,
+    pub(super) open: DVec3,
+}
+
+impl Lost {
+    /// The bend by the share of light that is not lost, and that share with its power.
+    pub(super) fn bend(&self, normal: DVec3, slices: u32, [share, powered]: [f64; 2]) -> DVec3 {
+        // What is open, plus the share of what an open sky of all slices has more than one of these; in lengths of the former.
+        let whole = normal * (2.0 / 3.0 * f64::from(slices));
+        let bent = (self.open - self.lost + share * (whole - self.open)) / whole.length();
+        (bent - share * normal) * (powered / share.max(1e-6))
+    }
 }
 
 /// A plane through a pixel and the viewer.
@@ -125,12 +136,17 @@ impl Slice {
     }
 
     /// The integral of direction times light between the viewer and a horizon, in view space.
-    fn beam_above(&self, viewer: DVec3, cosine: f64, sign: f64) -> DVec3 {
+    pub(super) fn beam_above(&self, viewer: DVec3, cosine: f64, sign: f64) -> DVec3 {
         let (t, n) = (cosine.clamp(-1.0, 1.0).acos(), sign * self.normal_angle);
         let (sin, cos) = t.sin_cos();
         let towards = (n.cos() * (1.0 - cos.powi(3)) + n.sin() * sin.powi(3)) / 3.0;
         let along = (n.cos() * sin.powi(3) + n.sin() * (2.0 - 3.0 * cos + cos.powi(3))) / 3.0;
         viewer * towards + self.along * (sign * along)
+    }
+
+    /// The integral of direction times light on the side of `sign` when nothing occludes.
+    pub(super) fn sky(&self, viewer: DVec3, sign: f64) -> DVec3 {
+        self.beam_above(viewer, self.lowest(0.0, sign), sign)
     }
 
     /// Light of the slice when nothing occludes.
@@ -167,9 +183,7 @@ impl Screen<'_> {
     fn visibility(&self, params: &AgtaoParams, x: usize, y: usize) -> [f64; BENT_PLANES] {
         let (normal, viewer) = (self.normal(x, y), self.lens.to_viewer(x, y));
         let [turn, jitter] = noise_of(x, y).map(f64::from);
-        let (mut lost, mut open) = (0.0, 0.0);
-        // Integrals of direction times light: what is lost, and the open sky of these slices.
-        let (mut lost_beam, mut open_beam) = (DVec3::ZERO, DVec3::ZERO);
+        let (mut lost, mut open, mut beams) = (0.0, 0.0, Lost::default());
         for s in 0..params.slices {
             let angle = (turn + f64::from(s)) * PI / f64::from(params.slices);
             let slice = Slice::new(normal, viewer, angle);
@@ -177,18 +191,14 @@ impl Screen<'_> {
             let gone = self.lost(params, [x, y], &slice, jitter);
             lost += slice.normal_length * gone.light;
             open += slice.normal_length * slice.open();
-            lost_beam += slice.normal_length * gone.beam;
+            beams.lost += slice.normal_length * gone.beam;
             for sign in [1.0, -1.0] {
-                let sky = slice.beam_above(viewer, slice.lowest(0.0, sign), sign);
-                open_beam += slice.normal_length * sky;
+                beams.open += slice.normal_length * slice.sky(viewer, sign);
             }
         }
         let share = (1.0 - lost / open.max(1e-6)).clamp(0.0, 1.0);
         let powered = share.powf(f64::from(params.power));
-        // What is open, plus the share of what an open sky of all slices has more than one of these; in lengths of the former.
-        let whole = normal * (2.0 / 3.0 * f64::from(params.slices));
-        let bent = (open_beam - lost_beam + share * (whole - open_beam)) / whole.length();
-        let bend = (bent - share * normal) * (powered / share.max(1e-6));
+        let bend = beams.bend(normal, params.slices, [share, powered]);
         [powered, bend.x, bend.y, bend.z]
     }
 

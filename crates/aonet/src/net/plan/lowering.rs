@@ -6,7 +6,7 @@ use crate::frame::size::Size;
 use crate::net::config::{KernelWeights, SearchConfig};
 use crate::net::graph::{Activation, Graph, Op, SURVEYED, ValueId};
 use crate::net::neighbours;
-use crate::search::{ArcsParams, BENT_PLANES, KEEP, Pass};
+use crate::search::{ArcsParams, BEND, KEEP, Pass};
 
 /// What a node of the graph became: where its value is.
 #[derive(Debug, Clone)]
@@ -29,7 +29,7 @@ pub(super) struct Lowering<'a> {
     size: Size,
     padded: Size,
     with_bent_normals: bool,
-    /// Visibility and bend of a search, if they are wanted.
+    /// What a search with bent normals found, if they are wanted: the first plane is the visibility, the last ones are the bend.
     pub(super) bent: Option<BufferId>,
     pub(super) buffers: Vec<Buffer>,
     pub(super) steps: Vec<Step>,
@@ -58,20 +58,9 @@ impl<'a> Lowering<'a> {
     }
 
     fn search(&mut self, search: SearchConfig) -> Lowered {
-        let found = match search {
-            SearchConfig::Agtao(_) if self.with_bent_normals => {
-                let found = self.filtered_search(search, BENT_PLANES);
-                self.bent = Some(found);
-                found
-            }
-            SearchConfig::Agtao(_) => self.filtered_search(search, search.planes()),
-            SearchConfig::Arcs(_) => {
-                if self.with_bent_normals {
-                    self.bent = Some(self.filtered_search(SearchConfig::tuned(), BENT_PLANES));
-                }
-                self.filtered_search(search, search.planes())
-            }
-        };
+        let bend = if self.with_bent_normals { BEND } else { 0 };
+        let found = self.filtered_search(search, search.planes() + bend);
+        self.bent = self.with_bent_normals.then_some(found);
         Lowered::Search(found)
     }
 

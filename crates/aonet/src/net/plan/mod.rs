@@ -49,8 +49,7 @@ impl Plan {
         Ok(Self::lowered(graph, size, false)?.0)
     }
 
-    /// The same with a buffer that holds visibility and bend of a horizon search at the end: the network's own, or the tuned one beside
-    /// connected arcs.
+    /// The same with a buffer that holds what the network's search found at the end, the bend in its last planes.
     ///
     /// # Errors
     /// As [`Plan::new`], and when the network has no search.

@@ -153,7 +153,7 @@ fn end_of(s: Slice, side: Side, place: Seen, other: Seen) -> f32 {
 }
 
 /// Sectors of one side of a slice by share: what is hit is not hidden, and what is hidden is not off.
-fn counts_on(p: Pixel, s: Slice, side: Side, jitter: f32) -> array<f32, SHARES> {
+fn sectors_on(p: Pixel, s: Slice, side: Side, jitter: f32) -> array<u32, SHARES> {
     // What the steps before saw: the last one first, layer by layer. Arcs begin at the tangent plane.
     var before: array<Seen, EARLIER * LAYERS>;
     before[0] = Seen(true, 0.0, side.depth, vec2(s.sin_n, s.cos_n), vec2(0.0), true, SECTORS);
@@ -219,20 +219,17 @@ fn counts_on(p: Pixel, s: Slice, side: Side, jitter: f32) -> array<f32, SHARES> 
         }
     }
     var seen = blocked.hit;
-    var counted = f32(countOneBits(seen));
-    var counts: array<f32, SHARES>;
-    counts[0] = counted;
+    var found: array<u32, SHARES>;
+    found[0] = seen;
     for (var i = 1u; i < SHARES; i++) {
+        var more = blocked.off;
         if (i < SHARES - 1) {
-            seen |= blocked.hidden[i - 1];
-        } else {
-            seen |= blocked.off;
+            more = blocked.hidden[i - 1];
         }
-        let count = f32(countOneBits(seen));
-        counts[i] = count - counted;
-        counted = count;
+        found[i] = more & ~seen;
+        seen |= more;
     }
-    return counts;
+    return found;
 }
 
 /// Light of one or more sides of slices.
@@ -243,18 +240,37 @@ struct Light {
     shares: array<f32, SHARES>,
 }
 
-/// What one side of a slice finds, by the number of the slice.
-fn light_of(p: Pixel, noise: vec2<f32>, i: u32, sign: f32) -> Light {
-    let s = slice_at(p, (noise.x + f32(i)) / f32(SLICES));
-    let dither = fract(noise.y * 7.0 + f32(i) * 0.414214);
+/// A slice, by its number.
+fn numbered(p: Pixel, noise: vec2<f32>, i: u32) -> Slice {
+    return slice_at(p, (noise.x + f32(i)) / f32(SLICES));
+}
+
+/// A side of that slice.
+fn side_in(p: Pixel, s: Slice, noise: vec2<f32>, i: u32, sign: f32) -> Side {
+    return side_of(p, s, sign, fract(noise.y * 7.0 + f32(i) * 0.414214));
+}
+
+/// Sectors of that side by share.
+fn found_on(p: Pixel, s: Slice, side: Side, noise: vec2<f32>, i: u32) -> array<u32, SHARES> {
     // The golden ratio keeps the slices' taps apart.
-    let jitter = fract(noise.y + f32(i) * 0.618034);
-    let side = side_of(p, s, sign, dither);
-    var light = Light(side.light * s.normal_length, counts_on(p, s, side, jitter));
+    return sectors_on(p, s, side, fract(noise.y + f32(i) * 0.618034));
+}
+
+/// The light of a side, by its sectors.
+fn light_on(s: Slice, side: Side, found: array<u32, SHARES>) -> Light {
+    var light: Light;
+    light.open = side.light * s.normal_length;
     for (var c = 0u; c < SHARES; c++) {
-        light.shares[c] *= light.open;
+        light.shares[c] = f32(countOneBits(found[c])) * light.open;
     }
     return light;
+}
+
+/// What one side of a slice finds, by the number of the slice.
+fn light_of(p: Pixel, noise: vec2<f32>, i: u32, sign: f32) -> Light {
+    let s = numbered(p, noise, i);
+    let side = side_in(p, s, noise, i, sign);
+    return light_on(s, side, found_on(p, s, side, noise, i));
 }
 
 /// Sums up.
@@ -265,28 +281,21 @@ fn add_light(all: ptr<function, Light>, light: Light) {
     }
 }
 
-/// The visibility, then the shares of light if they are wanted.
-fn planes_at(p: Pixel, noise: vec2<f32>) -> array<f32, PLANES> {
-    var light: Light;
-    for (var i = 0u; i < SLICES; i++) {
-        for (var sign = 1.0; sign >= -1.0; sign -= 2.0) {
-            add_light(&light, light_of(p, noise, i, sign));
-        }
-    }
-    return planes_of(light);
-}
-
-/// The same of the light of all sides.
-fn planes_of(light: Light) -> array<f32, PLANES> {
-    var planes: array<f32, PLANES>;
+/// Share of the light of all sides that is not lost.
+fn visible_share(light: Light) -> f32 {
     var visible = 1.0;
     for (var c = 0u; c < SHARES; c++) {
-        let share = light.shares[c] / (SECTORS * max(light.open, 1e-6));
-        visible -= share * LOST[c];
-        if (c + 1u < PLANES) {
-            planes[c + 1u] = share;
-        }
+        visible -= light.shares[c] / (SECTORS * max(light.open, 1e-6)) * LOST[c];
     }
-    planes[0] = power(saturate(visible), POWER);
+    return saturate(visible);
+}
+
+/// The visibility by the light of all sides, then its shares if they are wanted.
+fn planes_of(light: Light) -> array<f32, PLANES> {
+    var planes: array<f32, PLANES>;
+    planes[0] = power(visible_share(light), POWER);
+    for (var c = 0u; c < min(SHARES, PLANES - 1u); c++) {
+        planes[c + 1u] = light.shares[c] / (SECTORS * max(light.open, 1e-6));
+    }
     return planes;
 }

@@ -1,7 +1,7 @@
 // Bent normals as a picture: unit vectors in view space, or n/2 + 1/2; alpha is 1, and all is 0 on the background. CPU twin: `write` of
 // search/bent.rs.
 
-/// What the search found, plane by plane: visibility and bend.
+/// What the search found, plane by plane: first the visibility, from BEND_PLANE on the bend.
 @group(1) @binding(0) var<storage, read> found: array<f32>;
 
 @fragment
@@ -13,7 +13,8 @@ fn main(@builtin(position) place: vec4<f32>) -> @location(0) vec4<f32> {
     }
     let count = frame.size.x * frame.size.y;
     let at = pixel.y * frame.size.x + pixel.x;
-    let bend = vec3(found[count + at], found[2u * count + at], found[3u * count + at]);
+    let first = BEND_PLANE * count + at;
+    let bend = vec3(found[first], found[first + count], found[first + 2u * count]);
     let sum = found[at] * surface.normal + bend;
     let size = length(sum);
     let bent = select(surface.normal, sum / max(size, SHORTEST), size > SHORTEST);

@@ -10,7 +10,7 @@ use crate::gpu::shader::Shader;
 use crate::gpu::surface::Surface;
 use crate::search::gpu::hemisphere;
 use crate::search::gpu::pyramid::Pyramid;
-use crate::search::{ArcsParams, BENT_PLANES, Classic, PLANES};
+use crate::search::{ArcsParams, BEND, Classic, PLANES};
 
 /// A classic method that describes its programs. They compute in 32-bit floats. NNAO has no shaders.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -30,12 +30,12 @@ enum Picture {
 }
 
 impl Picture {
-    /// Values that the search writes for a pixel.
-    fn planes(self) -> usize {
+    /// Values that the search of a method writes for a pixel.
+    fn planes(self, method: &Classic) -> usize {
         match self {
             Self::Visibility => 1,
             Self::Shares => PLANES,
-            Self::BentNormals(_) => BENT_PLANES,
+            Self::BentNormals(_) => method.planes() + BEND,
         }
     }
 }
@@ -73,7 +73,7 @@ impl Method {
 
     fn drawing(picture: Picture, method: &Classic, textures: TextureEncoding) -> Result<Self> {
         let (method, surface) = (method.checked()?, Surface { precision: Precision::F32, textures });
-        shader(surface, &method, picture.planes())?;
+        shader(surface, &method, picture.planes(&method))?;
         Ok(Self { method, surface, picture })
     }
 
@@ -95,7 +95,7 @@ impl Method {
             Classic::Arcs(_) => bindings.extend(surfels::push(self.surface, list)),
             Classic::Hbao(_) | Classic::Vbao(_) | Classic::Agtao(_) | Classic::Nnao(_) => {}
         }
-        let shader = shader(self.surface, &self.method, self.picture.planes())?;
+        let shader = shader(self.surface, &self.method, self.picture.planes(&self.method))?;
         pixels::push(self.method.name(), shader, &bindings, list);
         Ok(())
     }
@@ -105,7 +105,8 @@ impl Method {
     /// # Errors
     /// When a parameter is out of its range.
     pub fn template(&self) -> Result<Template> {
-        let (surface, planes, mut list) = (self.surface, self.picture.planes(), Dispatches::default());
+        let (surface, mut list) = (self.surface, Dispatches::default());
+        let planes = self.picture.planes(&self.method);
         let bytes = Grid::FRAME.count() * (planes * size_of::<f32>()).into();
         let buffers = [(); 2].map(|()| list.storage("found", bytes.clone()));
         self.push_search(buffers[0], &mut list)?;
@@ -127,7 +128,7 @@ impl Method {
             Picture::Shares => shares::draw(found, surface, &mut list),
         };
         let bent = match self.picture {
-            Picture::BentNormals(encoding) => Some(bent::draw(found, encoding, surface, &mut list)),
+            Picture::BentNormals(encoding) => Some(bent::draw((found, planes), encoding, surface, &mut list)),
             Picture::Visibility | Picture::Shares => None,
         };
         let (textures, arithmetic) = (surface.textures, Arithmetic::PLAIN);
@@ -167,7 +168,9 @@ mod tests {
     use crate::gpu::image::covering;
     use crate::net::gpu::valid::{PRECISIONS, encodings, validate};
     use crate::search::gpu::pyramid;
-    use crate::search::{AgtaoParams, ArcsParams, GtaoParams, KEEP, PLANES, Pass, SsaoParams, VbaoParams};
+    use crate::search::{
+        AgtaoParams, BENT_PLANES, BENT_SHARES, GtaoParams, KEEP, Pass, SsaoParams, VbaoParams,
+    };
 
     /// Every branch that a parameter chooses.
     fn methods() -> impl Iterator<Item = Classic> {
@@ -187,25 +190,25 @@ mod tests {
                 for method in methods() {
                     validate(shader(of, &method, 1).unwrap().source(), &format!("{method:?}"));
                     if method.has_bent_normals() {
-                        let bent = shader(of, &method, BENT_PLANES).unwrap();
+                        let bent = shader(of, &method, method.planes() + BEND).unwrap();
                         validate(bent.source(), &format!("bent normals, {method:?}"));
                     }
                 }
                 validate(surfels::shader(of).source(), "surfels");
                 validate(&covering(shares::shader(of).source()), "shares");
                 for encoding in [BentEncoding::Plain, BentEncoding::Unorm] {
-                    validate(&covering(bent::shader(of, encoding).source()), "bent normals");
+                    for planes in [BENT_PLANES, BENT_SHARES] {
+                        validate(&covering(bent::shader(of, encoding, planes).source()), "bent normals");
+                    }
                 }
                 validate(pyramid::shader(of, &GtaoParams::default()).source(), "pyramid");
-                for planes in [1, BENT_PLANES, PLANES] {
+                for planes in [1, BENT_PLANES, PLANES, BENT_SHARES] {
                     let filter = AgtaoParams::default().denoise();
                     for pass in [Pass::Smooth, Pass::Settle { keep: KEEP }] {
                         validate(denoise::shader(of, (filter, pass), planes).source(), "denoise");
                     }
                 }
-                for planes in [1, PLANES] {
-                    validate(arcs::shader(of, &ArcsParams::default(), planes).source(), "arcs");
-                }
+                validate(arcs::shader(of, &ArcsParams::default(), PLANES).source(), "arcs");
             }
         }
     }

@@ -27,7 +27,8 @@ impl Session<Method> {
     /// all channels. Frames are bound with [`Session::bind_with_bent_normals`].
     ///
     /// # Errors
-    /// As [`Session::new`], when the method is neither GTAO nor attenuated GTAO, and when the format is another one.
+    /// As [`Session::new`], when the method has no bent normals, as only GTAO, attenuated GTAO and connected arcs have, and when the
+    /// format is another one.
     pub fn with_bent_normals(
         on: (&wgpu::Device, &wgpu::Queue),
         method: &Classic,

@@ -19,6 +19,7 @@ pub(crate) fn with_horizons(surface: Surface, cost: (u32, u32), reach: Reach, pl
     match planes {
         BENT_PLANES => with_slices(pixels::of_planes(surface, reach, planes), cost)
             .part(include_str!("slices.wgsl"))
+            .part(include_str!("beam.wgsl"))
             .part(include_str!("bent.wgsl")),
         _ => shader(surface, cost, reach).part(include_str!("horizons.wgsl")),
     }
