@@ -6,7 +6,7 @@ use aonet::internals::graph::Graph;
 use aonet::internals::kernel::TAPS;
 use aonet::internals::plan::{Buffer, ConvStep, HeadStep, Layout, Lifetime, Plan, Resample, Step};
 use aonet::net::{Features, KernelWeights, ModelConfig, Output, SearchConfig};
-use aonet::search::AgtaoParams;
+use aonet::search::{AgtaoParams, ArcsParams};
 use proptest::prelude::*;
 
 fn plan(config: &ModelConfig, size: Size) -> Plan {
@@ -169,6 +169,26 @@ fn a_search_is_steps_of_its_own() {
     assert_eq!((base, plan.buffers[found].live), (Some(found), Lifetime { first: 1, last }));
     // The frame's size, not the padded one.
     assert_eq!((plan.padded, plan.buffers[found].len()), (Size::px(1280, 768), 1280 * 720));
+}
+
+#[test]
+fn bent_normals_are_three_more_planes_of_the_search() {
+    let arcs = ModelConfig {
+        search: Some(SearchConfig::Arcs(ArcsParams::default())),
+        output: Output::Shares,
+        features: Features::normal_radius_light(),
+        ..ModelConfig::correcting()
+    };
+    for (config, planes) in [(ModelConfig::correcting(), 1), (arcs, 6)] {
+        let (graph, size) = (Graph::new(&config).unwrap(), Size::px(1280, 720));
+        let (plan, bent) = Plan::with_bent_normals(&graph, size).unwrap();
+        assert_eq!(
+            (plan.buffers[bent].channels, plan.buffers[bent].live.last),
+            (planes + 3, plan.steps.len())
+        );
+        let searches = |plan: &Plan| plan.steps.iter().filter(|s| matches!(s, Step::Search { .. })).count();
+        assert_eq!((searches(&plan), first_overwritten_read(&plan)), (1, None));
+    }
 }
 
 #[test]

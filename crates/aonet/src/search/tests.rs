@@ -212,6 +212,7 @@ fn a_floor_beside_a_wall_bends_by_the_closed_form() {
                 checked += 1;
             }
         }
+        eprintln!("{}: {worst} degrees", method.name());
         // Measured: 0.65 degrees.
         assert!(checked > 40 && worst < 1.0, "{}: {worst} degrees", method.name());
     }

@@ -2,7 +2,7 @@
 //!
 //! A side of a slice has 32 sectors of equal light between the viewer and the tangent plane. Two taps on one surface block the
 //! sectors between them. Light that passes behind a tap of the last layer is hidden, and light that leaves the frame is off. For bent
-//! normals a side has four parts; what is lost in a part has the mean direction of its light.
+//! normals a side has eight parts; what is lost in a part has the mean direction of its light.
 
 use super::Planes;
 use super::screen::Screen;
@@ -108,13 +108,13 @@ impl Side<'_> {
     fn lost_beam(&self, found: [u64; 5], weights: [f64; 5]) -> DVec3 {
         let tangent = self.slice.lowest(0.0, self.sign);
         let (mut lost, mut begin, mut above) = (DVec3::ZERO, 0, DVec3::ZERO);
-        for part in 1..=4 {
-            // Of a plane that faces the viewer, these parts hold a quarter of the light each.
-            let way = 1.0 - (1.0 - f64::from(part) / 4.0).sqrt();
+        for part in 1..=8 {
+            // Of a plane that faces the viewer, these parts hold an eighth of the light each.
+            let way = 1.0 - (1.0 - f64::from(part) / 8.0).sqrt();
             let cosine = 1.0 + (tangent - 1.0) * way;
             let beam = self.slice.beam_above(self.viewer, cosine, self.sign);
             let end = match part {
-                4 => SECTORS as u32,
+                8 => SECTORS as u32,
                 _ => self.sector_below(self.slice.light_above(cosine, self.sign)),
             };
             let count = |bits: u64| f64::from((bits & between(begin, end)).count_ones());
