@@ -157,7 +157,9 @@ impl<'a> FeatureRows<'a> {
                 }
             }
             Channel::HorizonOcclusion => {
-                line.iter_mut().zip(self.search_line(0, y)).for_each(|(value, v)| *value = 1.0 - v);
+                for (value, visibility) in line.iter_mut().zip(self.search_line(0, y)) {
+                    *value = 1.0 - visibility;
+                }
             }
             Channel::Light(share) => {
                 let found = self.search_line(share.search_plane(), y);

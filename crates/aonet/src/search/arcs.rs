@@ -356,7 +356,7 @@ impl<'a> Arcs<'a> {
         (shares, beams)
     }
 
-    /// Visibility and shares of the pixels from a place on, then the bend where N has room for it.
+    /// Visibility and shares of the pixels from a place on, then, with BENT, the bend.
     #[inline(always)]
     fn planes<S: Simd, const BENT: bool, const N: usize>(
         &self,

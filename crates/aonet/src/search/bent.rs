@@ -48,7 +48,7 @@ impl<S: Simd> Beams<S> {
     /// Adds a slice and the vector of the light that it loses: towards the viewer, and along.
     #[inline(always)]
     pub(crate) fn add(&mut self, p: &Pixels<S>, slice: &Slice<S>, lost: [F<S>; 2]) {
-        let [towards, along] = lost.map(|component| slice.normal_length * component);
+        let (towards, along) = (slice.normal_length * lost[0], slice.normal_length * lost[1]);
         self.lost = p.to_viewer.mul_add(towards, slice.along.mul_add(along, self.lost));
         self.leaning = slice.along.mul_add(slice.normal_length * slice.sin_n, self.leaning);
     }

@@ -128,16 +128,22 @@ pub(crate) trait Raise: Copy {
 impl Raise for f32 {
     #[inline(always)]
     fn raise<S: Simd, const N: usize>(self, numbers: &mut [F<S>; N]) {
-        numbers.iter_mut().for_each(|x| *x = power(*x, self));
+        for x in numbers {
+            *x = power(*x, self);
+        }
     }
 }
 
 impl Raise for Squared {
     #[inline(always)]
     fn raise<S: Simd, const N: usize>(self, numbers: &mut [F<S>; N]) {
-        numbers.iter_mut().for_each(|x| *x = self.cubic.at(*x));
+        for x in numbers.iter_mut() {
+            *x = self.cubic.at(*x);
+        }
         for _ in 0..self.times {
-            numbers.iter_mut().for_each(|x| *x *= *x);
+            for x in numbers.iter_mut() {
+                *x *= *x;
+            }
         }
     }
 }

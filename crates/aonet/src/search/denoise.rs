@@ -177,7 +177,9 @@ impl<const N: usize> Kernel for FilteredRows<'_, N> {
                     let mut values = filter.values(&p, &weights, &seen, [from, y]);
                     if matches!(filter.pass, Pass::Correct { .. }) {
                         let (first, rest) = values.split_first_mut().expect("planes to add");
-                        rest.iter().for_each(|added| *first += *added);
+                        for added in rest {
+                            *first += *added;
+                        }
                         *first = first.saturate();
                     }
                     let shown = load(simd, &seen.depth[(y + REACH) % ROWS], from + REACH).lt(f32::INFINITY);

@@ -86,7 +86,7 @@ impl PixelMethod for Nnao<'_> {
             *sum = F::new(simd, bias);
         }
         for taps in &self.taps[block * samples..][..samples] {
-            let [dx, dy] = [0, 1].map(|axis| F::load(simd, &taps.place[axis][lane..]));
+            let (dx, dy) = (F::load(simd, &taps.place[0][lane..]), F::load(simd, &taps.place[1][lane..]));
             let tap = self
                 .screen
                 .tap(((dx * p.inverse_aspect).mul_add(p.radius_px, p.x), (-dy).mul_add(p.radius_px, p.y)));

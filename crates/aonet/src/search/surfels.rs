@@ -102,22 +102,17 @@ fn first_normal<S: Simd>(simd: S, screen: &Screen<'_>, (x, y): (usize, usize)) -
     if y == 0 || y + 1 == size.height() {
         return p.normal;
     }
-    let depths = |columns: Range<usize>, y: usize| {
-        let mut edge = [0.0; MAX_LANES];
-        let row = screen.row(screen.gbuffer().depth(), y);
-        F::load(simd, neighbours(row, columns, &mut edge)).min(BACKGROUND)
-    };
     let columns = x..x + S::LANES;
-    let here = depths(columns.clone(), y);
-    let [above, below] = [y - 1, y + 1].map(|y| depths(columns.clone(), y));
+    let here = depths(simd, screen, columns.clone(), y);
+    let (above, below) = (depths(simd, screen, columns.clone(), y - 1), depths(simd, screen, columns, y + 1));
     let left = if x > 0 {
-        depths(x - 1..x - 1 + S::LANES, y)
+        depths(simd, screen, x - 1..x - 1 + S::LANES, y)
     } else {
         let row = screen.row(screen.gbuffer().depth(), y);
         let columns: [usize; MAX_LANES] = std::array::from_fn(|k| k.saturating_sub(1).min(row.len() - 1));
         F::load(simd, &columns.map(|x| row[x])).min(BACKGROUND)
     };
-    let right = depths(x + 1..x + 1 + S::LANES, y);
+    let right = depths(simd, screen, x + 1..x + 1 + S::LANES, y);
     let across = unit(screen.position(p.x + 1.0, p.y, right) - screen.position(p.x - 1.0, p.y, left));
     let down = unit(screen.position(p.x, p.y + 1.0, below) - screen.position(p.x, p.y - 1.0, above));
     let found = down.cross(across);
@@ -125,6 +120,14 @@ fn first_normal<S: Simd>(simd: S, screen: &Screen<'_>, (x, y): (usize, usize)) -
     let straight = straight([left, here, right]) & straight([above, here, below]);
     let spread = !found.dot(found).lt(LEAST_SPREAD);
     V3::choose(inside & straight & spread, [unit(found), p.normal])
+}
+
+/// Depth of consecutive columns of a row of the frame, at most [`BACKGROUND`].
+#[inline(always)]
+fn depths<S: Simd>(simd: S, screen: &Screen<'_>, columns: Range<usize>, y: usize) -> F<S> {
+    let mut edge = [0.0; MAX_LANES];
+    let row = screen.row(screen.gbuffer().depth(), y);
+    F::load(simd, neighbours(row, columns, &mut edge)).min(BACKGROUND)
 }
 
 /// Whether depth is straight from a neighbour over a pixel to the other one.

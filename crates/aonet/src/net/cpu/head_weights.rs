@@ -103,13 +103,11 @@ impl HeadWeights {
             let Steps { per_unit, zero } = &self.steps;
             let (per_unit, zero) = (&per_unit[i * lanes..], &zero[i * lanes..]);
             for cell in (0..count).step_by(4) {
-                let packed = |i: usize| {
+                let mut pixels = [[0.0; CHANNEL_BLOCK]; 4];
+                for (i, pixel) in pixels.iter_mut().enumerate() {
                     let x = (start + cell + i).min(width - 1) + HALO;
-                    let mut packed = [0.0; CHANNEL_BLOCK];
-                    dot.pack(dot.simd().load(&block[x * lanes..]), per_unit, zero, &mut packed);
-                    packed
-                };
-                let pixels = [packed(0), packed(1), packed(2), packed(3)];
+                    dot.pack(dot.simd().load(&block[x * lanes..]), per_unit, zero, pixel);
+                }
                 // What lies beyond the words is 0, and is not copied.
                 for (first, lines) in out.chunks_mut(4 * count).enumerate() {
                     let word = |i: usize| four(&pixels[i], 4 * first);

@@ -79,7 +79,9 @@ impl Base<'_> {
         let count = line.len();
         let own = &self.found[(self.first + dy) * self.row_len..];
         let here = &own[first..first + count];
-        line.iter_mut().zip(here).for_each(|(value, found)| *value += found);
+        for (value, found) in line.iter_mut().zip(here) {
+            *value += found;
+        }
         if self.planes == 1 && self.neighbours.is_empty() {
             return;
         }
@@ -88,15 +90,18 @@ impl Base<'_> {
         for plane in 1..self.planes {
             cells.write(plane, dy, weights);
             let shares = &own[plane * width + first..][..count];
-            let pairs = line.iter_mut().zip(shares).zip(&*weights);
-            pairs.for_each(|((value, share), weight)| *value += share * weight);
+            for ((value, share), weight) in line.iter_mut().zip(shares).zip(&*weights) {
+                *value += share * weight;
+            }
         }
         for (k, [down, right]) in self.neighbours.iter().enumerate() {
             cells.write(self.planes + k, dy, weights);
             let there =
                 self.neighbour((self.first + dy, first), [*down, *right], width, &mut beside[..count]);
-            let pairs = line.iter_mut().zip(there.iter().zip(here)).zip(&*weights);
-            pairs.for_each(|((value, (there, here)), weight)| *value += UNIT * weight * (there - here));
+            for ((value, (there, here)), weight) in line.iter_mut().zip(there.iter().zip(here)).zip(&*weights)
+            {
+                *value += UNIT * weight * (there - here);
+            }
         }
     }
 
