@@ -166,6 +166,10 @@ fn the_bitmask_of_one_layer_and_of_two_is_what_its_definition_says() {
 /// 2310 with depths at random is farther off.
 const BENT_TOLERANCE: f32 = 0.2;
 
+/// The same share for bent normals of connected arcs, whose places are rounded to whole sectors. Measured: 0.009 with depths at random, less
+/// than [`FLIPPED_SHARE`] on surfaces.
+const FLIPPED_SECTORS: f32 = 0.02;
+
 #[test]
 fn bent_normals_are_what_their_definition_says() {
     let tuned = tuned();
@@ -208,7 +212,9 @@ fn bent_normals_are_what_their_definition_says() {
                 let flipped = (0..angles.len()).filter(far).count();
                 let share = flipped as f32 / angles.len() as f32;
                 let what = format!("{search:?}, {size:?}, {level:?}");
-                assert!(share <= FLIPPED_SHARE, "{what}: {flipped} pixels are off");
+                let most =
+                    if matches!(search, SearchConfig::Arcs(_)) { FLIPPED_SECTORS } else { FLIPPED_SHARE };
+                assert!(share <= most, "{what}: {flipped} pixels are off");
             }
         }
     }
