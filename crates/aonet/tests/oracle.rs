@@ -166,8 +166,8 @@ fn the_bitmask_of_one_layer_and_of_two_is_what_its_definition_says() {
 /// 2310 with depths at random is farther off.
 const BENT_TOLERANCE: f32 = 0.2;
 
-/// The same share for bent normals of connected arcs, whose places are rounded to whole sectors. Measured: 0.009 with depths at random, less
-/// than [`FLIPPED_SHARE`] on surfaces.
+/// The same share for bent normals of connected arcs, whose places are rounded to whole sectors. Measured with the default parameters: 0.009 with
+/// depths at random, at most [`FLIPPED_SHARE`] on surfaces.
 const FLIPPED_SECTORS: f32 = 0.02;
 
 #[test]

@@ -283,17 +283,13 @@ pub struct ParameterValue {
 
 /// Writes a band of attenuated GTAO before the filter. The background is 1. Allocates nothing.
 pub(crate) fn agtao_band(isa: Isa, params: AgtaoParams, screen: &Screen<'_>, band: Band<'_>) {
-    let method = &agtao::Agtao::new(screen, params);
-    isa.run_on_chains(Rows::<_, 1> { screen, method, first: band.first, rows: &mut *band.values });
-    open_background(screen.gbuffer(), 1, band);
+    write_band::<1>(isa, screen, &agtao::Agtao::new(screen, params), band);
 }
 
 /// Writes a band of attenuated GTAO with bent normals before the filter: visibility and bend, row by row, plane by plane. The
 /// background is 1 and 0. Allocates nothing.
 pub(crate) fn bent_agtao_band(isa: Isa, params: AgtaoParams, screen: &Screen<'_>, band: Band<'_>) {
-    let method = &agtao::Agtao::new(screen, params);
-    isa.run_on_chains(Rows::<_, BENT_PLANES> { screen, method, first: band.first, rows: &mut *band.values });
-    open_background(screen.gbuffer(), BENT_PLANES, band);
+    write_band::<BENT_PLANES>(isa, screen, &agtao::Agtao::new(screen, params), band);
 }
 
 /// Writes a band of connected arcs before the filter: visibility and shares, row by row, plane by plane. The background is 1 and
@@ -304,9 +300,7 @@ pub(crate) fn arcs_band(
     screen: &Screen<'_>,
     band: Band<'_>,
 ) {
-    let method = &arcs::Arcs::new(screen, params, surfels);
-    isa.run_on_chains(Rows::<_, PLANES> { screen, method, first: band.first, rows: &mut *band.values });
-    open_background(screen.gbuffer(), PLANES, band);
+    write_band::<PLANES>(isa, screen, &arcs::Arcs::new(screen, params, surfels), band);
 }
 
 /// Writes a band of connected arcs with bent normals before the filter: visibility, shares and bend. Otherwise as [`arcs_band`].
@@ -316,9 +310,13 @@ pub(crate) fn bent_arcs_band(
     screen: &Screen<'_>,
     band: Band<'_>,
 ) {
-    let method = &arcs::Arcs::new(screen, params, surfels);
-    isa.run_on_chains(Rows::<_, BENT_SHARES> { screen, method, first: band.first, rows: &mut *band.values });
-    open_background(screen.gbuffer(), BENT_SHARES, band);
+    write_band::<BENT_SHARES>(isa, screen, &arcs::Arcs::new(screen, params, surfels), band);
+}
+
+/// Writes the values that a method reports for each pixel of a band. The background is 1, and 0 after the first plane.
+fn write_band<const N: usize>(isa: Isa, screen: &Screen<'_>, method: &impl PixelShares<N>, band: Band<'_>) {
+    isa.run_on_chains(Rows { screen, method, first: band.first, rows: &mut *band.values });
+    open_background(screen.gbuffer(), N, band);
 }
 
 /// Sets a band of so many planes to 1 on the background, and to 0 after the first plane.

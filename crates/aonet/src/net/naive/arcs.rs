@@ -6,7 +6,7 @@
 
 use super::Planes;
 use super::screen::Screen;
-use super::search::{Lost, Slice};
+use super::search::{Beams, Slice};
 use crate::frame::ao_image::AoParams;
 use crate::frame::gbuffer::GBuffer;
 use crate::search::{ArcsParams, noise_of};
@@ -187,11 +187,11 @@ impl Screen<'_> {
     }
 
     /// Shares of a pixel's light, and the vectors of its light.
-    fn looked(&self, params: &ArcsParams, [x, y]: [usize; 2], noise: [f32; 2]) -> ([f64; 5], Lost) {
+    fn looked(&self, params: &ArcsParams, [x, y]: [usize; 2], noise: [f32; 2]) -> ([f64; 5], Beams) {
         let (normal, viewer) = (self.normal(x, y), self.lens.to_viewer(x, y));
         let [turn, jitter] = noise.map(f64::from);
         let bias = f64::from(params.angle_bias).to_radians();
-        let (mut shares, mut open, mut beams) = ([0.0; 5], 0.0, Lost::default());
+        let (mut shares, mut open, mut beams) = ([0.0; 5], 0.0, Beams::default());
         for s in 0..params.slices {
             let slice = Slice::new(normal, viewer, (turn + f64::from(s)) * PI / f64::from(params.slices));
             let dither = (jitter * 7.0 + f64::from(s) * 0.414_214).fract() - 0.5;

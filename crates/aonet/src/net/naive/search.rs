@@ -83,12 +83,12 @@ struct Light {
 
 /// Integrals of direction times light, sums over slices: what is lost, and the open sky of these slices.
 #[derive(Default)]
-pub(super) struct Lost {
+pub(super) struct Beams {
     pub(super) lost: DVec3,
     pub(super) open: DVec3,
 }
 
-impl Lost {
+impl Beams {
     /// The bend by the share of light that is not lost, and that share with its power.
     pub(super) fn bend(&self, normal: DVec3, slices: u32, [share, powered]: [f64; 2]) -> DVec3 {
         // What is open, plus the share of what an open sky of all slices has more than one of these; in lengths of the former.
@@ -183,7 +183,7 @@ impl Screen<'_> {
     fn visibility(&self, params: &AgtaoParams, x: usize, y: usize) -> [f64; BENT_PLANES] {
         let (normal, viewer) = (self.normal(x, y), self.lens.to_viewer(x, y));
         let [turn, jitter] = noise_of(x, y).map(f64::from);
-        let (mut lost, mut open, mut beams) = (0.0, 0.0, Lost::default());
+        let (mut lost, mut open, mut beams) = (0.0, 0.0, Beams::default());
         for s in 0..params.slices {
             let angle = (turn + f64::from(s)) * PI / f64::from(params.slices);
             let slice = Slice::new(normal, viewer, angle);
