@@ -82,7 +82,7 @@ pub(crate) struct Arcs<'a> {
 
 /// Where the parts of a side end whose lost light has one direction: shares of the way from the viewer's cosine to the tangent plane's.
 /// Above a plane that faces the viewer they hold an eighth of its light each.
-// With four of them, bent normals beside a wall are 2.8 degrees off, with eight less than one.
+// With four of them, bent normals beside a wall are 2.8 degrees off, with eight 1.0.
 pub(crate) const PARTS: [f32; 8] =
     [0.064_585_65, 0.133_974_6, 0.209_430_58, 0.292_893_2, 0.387_627_57, 0.5, 0.646_446_6, 1.0];
 

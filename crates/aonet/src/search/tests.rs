@@ -213,8 +213,9 @@ fn a_floor_beside_a_wall_bends_by_the_closed_form() {
             }
         }
         eprintln!("{}: {worst} degrees", method.name());
-        // Measured: 0.65 degrees.
-        assert!(checked > 40 && worst < 1.0, "{}: {worst} degrees", method.name());
+        // Measured: 0.65 and 0.63 degrees with horizons; 0.99 with arcs, whose parts of a side have one direction each.
+        let most = if method.name() == "arcs" { 1.2 } else { 1.0 };
+        assert!(checked > 40 && worst < most, "{}: {worst} degrees", method.name());
     }
     // At the foot of an endless wall: atan(2 / pi).
     assert!((bent_beside_a_wall(0.0).to_degrees() - 32.48).abs() < 0.01);
