@@ -75,8 +75,8 @@ mod tests {
     #[test]
     fn axes_are_orthonormal_and_right_handed() {
         for z in [[0.0, 0.0, 1.0], [0.0, 0.0, -1.0], [0.48, -0.6, 0.64], [-0.8, 0.6, 0.0]] {
-            let z = V3::new(Portable::<4>, z);
-            let b = Basis::about(z, F::new(Portable::<4>, 0.3));
+            let z = V3::new(Portable, z);
+            let b = Basis::about(z, F::new(Portable, 0.3));
             let close = |found: F<_>, expected: f32| assert!((found.array()[3] - expected).abs() < 1e-5);
             close(b.x.dot(b.y), 0.0);
             close(b.x.dot(b.z), 0.0);

@@ -151,8 +151,8 @@ mod tests {
         let (mut compared, mut spread) = (0, [1.0f32, 0.0]);
         for y in 0..size.1 {
             for x in (0..size.0).step_by(4) {
-                let found = nnao.visibility(&screen.pixels(Portable::<4>, x, y), (x, y)).array();
-                let turns = noise_at(Portable::<4>, x, y)[0].array();
+                let found = nnao.visibility(&screen.pixels(Portable, x, y), (x, y)).array();
+                let turns = noise_at(Portable, x, y)[0].array();
                 for i in (0..4).filter(|i| frame.is_foreground(y * size.0 + x + i)) {
                     let rotation = (turns[i] * ROTATIONS as f32).floor() / ROTATIONS as f32;
                     let spiral = Spiral { params: &params, rotation };

@@ -171,7 +171,7 @@ mod tests {
             let range = Range { reach: 1e3, soft: 1.0 };
             pyramid.fill(&screen, range, Isa::new(level).unwrap(), &mut Workers::new(2, 0).unwrap());
             for (pixels, side) in [(5.6, 1), (5.7, 2), (11.3, 2), (11.4, 4), (1e6, 4)] {
-                let [x, y, away] = [9.0, 7.0, pixels].map(|v| F::new(Portable::<4>, v));
+                let [x, y, away] = [9.0, 7.0, pixels].map(|v| F::new(Portable, v));
                 let tap = pyramid.tap(&screen, (x, y), away);
                 let middle = |v: usize| (v / side * side) as f32 + 0.5 * (side - 1) as f32;
                 let found = [tap.position.x, tap.position.y, tap.position.z].map(|v| v.array()[3]);
@@ -183,11 +183,8 @@ mod tests {
                     );
                 }
             }
-            let outside = pyramid.tap(
-                &screen,
-                (F::new(Portable::<4>, 20.0), F::new(Portable::<4>, 3.0)),
-                F::new(Portable::<4>, 99.0),
-            );
+            let outside =
+                pyramid.tap(&screen, (F::new(Portable, 20.0), F::new(Portable, 3.0)), F::new(Portable, 99.0));
             assert_eq!(outside.inside.select(1.0, 0.0).array()[0], 0.0);
         }
     }

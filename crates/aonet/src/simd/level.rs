@@ -1,14 +1,14 @@
 //! Which vector instructions a session uses.
 
 use crate::error::{Error, Result};
-use crate::simd::{Kernel, PIXEL_LANES, Portable, Simd};
+use crate::simd::{Kernel, Portable, Simd, pair::Paired};
 #[cfg(target_arch = "x86_64")]
-use crate::simd::{avx2::Avx2, avx512::Avx512, pair::Paired};
+use crate::simd::{avx2::Avx2, avx512::Avx512};
 
 /// A set of vector instructions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Level {
-    /// What the compiler makes of plain loops; NEON on aarch64.
+    /// Four lanes: SSE2 or NEON where the target has them, else arrays.
     Portable,
     /// AVX2 and FMA: eight lanes.
     Avx2,
@@ -62,7 +62,7 @@ impl Isa {
     /// Values in a vector: the size of a block of channels.
     pub(crate) fn lanes(self) -> usize {
         match self {
-            Self::Portable => <Portable>::LANES,
+            Self::Portable => Portable::LANES,
             #[cfg(target_arch = "x86_64")]
             Self::Avx2(_) => Avx2::LANES,
             #[cfg(target_arch = "x86_64")]
@@ -73,7 +73,7 @@ impl Isa {
     /// Vectors that a loop can accumulate into.
     pub(crate) fn accumulators(self) -> usize {
         match self {
-            Self::Portable => <Portable>::ACCUMULATORS,
+            Self::Portable => Portable::ACCUMULATORS,
             #[cfg(target_arch = "x86_64")]
             Self::Avx2(_) => Avx2::ACCUMULATORS,
             #[cfg(target_arch = "x86_64")]
@@ -86,15 +86,17 @@ impl Isa {
         match self {
             #[cfg(target_arch = "x86_64")]
             Self::Avx512(simd) => simd.run(kernel),
-            _ => self.run_on_chains(kernel),
+            Self::Portable => Paired(Paired(kernel)).run(Portable),
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx2(simd) => simd.run(Paired(kernel)),
         }
     }
 
-    /// Runs a kernel with long chains of dependent operations for every pixel, on pairs of vectors: 32 lanes with AVX-512, else sixteen.
+    /// Runs a kernel with long chains of dependent operations for every pixel, on pairs of vectors: 8, 16 or 32 lanes.
     // The chains of two vectors hide each other's latency. docs/decisions/simd.md has the times.
     pub(crate) fn run_on_chains(self, kernel: impl Kernel) {
         match self {
-            Self::Portable => kernel.run(Portable::<PIXEL_LANES>),
+            Self::Portable => Paired(kernel).run(Portable),
             #[cfg(target_arch = "x86_64")]
             Self::Avx2(simd) => simd.run(Paired(kernel)),
             #[cfg(target_arch = "x86_64")]
@@ -105,7 +107,7 @@ impl Isa {
     /// Runs a kernel with these instructions.
     pub fn run(self, kernel: impl Kernel) {
         match self {
-            Self::Portable => kernel.run(Portable::<4>),
+            Self::Portable => kernel.run(Portable),
             #[cfg(target_arch = "x86_64")]
             Self::Avx2(simd) => simd.run(kernel),
             #[cfg(target_arch = "x86_64")]

@@ -13,7 +13,6 @@ pub(crate) mod integers;
 pub(crate) mod lanes;
 pub(crate) mod level;
 pub(crate) mod operations;
-#[cfg(target_arch = "x86_64")]
 mod pair;
 mod portable;
 pub(crate) mod transpose;
