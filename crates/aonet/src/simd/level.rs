@@ -84,11 +84,11 @@ impl Isa {
     /// Runs a kernel that works on pixels one by one, with sixteen lanes at every level.
     pub(crate) fn run_on_pixels(self, kernel: impl Kernel) {
         match self {
-            #[cfg(target_arch = "x86_64")]
-            Self::Avx512(simd) => simd.run(kernel),
             Self::Portable => Paired(Paired(kernel)).run(Portable),
             #[cfg(target_arch = "x86_64")]
             Self::Avx2(simd) => simd.run(Paired(kernel)),
+            #[cfg(target_arch = "x86_64")]
+            Self::Avx512(simd) => simd.run(kernel),
         }
     }
 

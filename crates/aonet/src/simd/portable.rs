@@ -45,9 +45,13 @@ impl Simd for Portable {
         mul(a: f32x4, b: f32x4) -> f32x4 = a * b;
         div(a: f32x4, b: f32x4) -> f32x4 = a / b;
         mul_add(a: f32x4, b: f32x4, c: f32x4) -> f32x4 = a.mul_add(b, c);
-        // The library's minimum leaves open what it makes of NaN.
-        min(a: f32x4, b: f32x4) -> f32x4 = if cfg!(target_arch = "x86_64") { a.fast_min(b) } else { a.simd_lt(b).bitselect(a, b) };
-        max(a: f32x4, b: f32x4) -> f32x4 = if cfg!(target_arch = "x86_64") { a.fast_max(b) } else { b.simd_lt(a).bitselect(a, b) };
+        // Those of the library are one instruction, and differ between machines in what they make of NaN. x86's is the right one.
+        min(a: f32x4, b: f32x4) -> f32x4 = {
+            if cfg!(target_arch = "x86_64") { a.fast_min(b) } else { a.simd_lt(b).bitselect(a, b) }
+        };
+        max(a: f32x4, b: f32x4) -> f32x4 = {
+            if cfg!(target_arch = "x86_64") { a.fast_max(b) } else { b.simd_lt(a).bitselect(a, b) }
+        };
         sqrt(a: f32x4) -> f32x4 = a.sqrt();
         inverse_sqrt(a: f32x4) -> f32x4 = f32x4::ONE / a.sqrt();
         lt(a: f32x4, b: f32x4) -> u32x4 = cast(a.simd_lt(b));
