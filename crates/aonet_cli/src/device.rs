@@ -2,6 +2,7 @@
 
 use anyhow::{Result, bail};
 use aonet::net::cpu;
+use aonet::simd::Level;
 use aonet_scene::backend::Backend;
 use clap::ValueEnum;
 
@@ -81,6 +82,27 @@ impl PrecisionArg {
                 bail!("--precision bf16 and int8 need --device cpu; a GPU has f32 and f16")
             }
         })
+    }
+}
+
+/// Vector instructions of a CPU.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub(crate) enum LevelArg {
+    /// Every processor: SSE2 or NEON, 128 bits.
+    Portable,
+    /// x86-64: AVX2 and FMA, 256 bits.
+    Avx2,
+    /// x86-64: AVX-512F, 512 bits.
+    Avx512,
+}
+
+impl From<LevelArg> for Level {
+    fn from(level: LevelArg) -> Self {
+        match level {
+            LevelArg::Portable => Self::Portable,
+            LevelArg::Avx2 => Self::Avx2,
+            LevelArg::Avx512 => Self::Avx512,
+        }
     }
 }
 

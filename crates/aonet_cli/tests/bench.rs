@@ -2,6 +2,7 @@
 
 mod common;
 
+use aonet::simd::Level;
 use common::{aonet, json, ok};
 use serde_json::Value;
 use std::path::Path;
@@ -47,6 +48,8 @@ fn a_configuration_is_a_network() {
         ("bench --precision f8", "f32, f16, bf16, int8"),
         ("bench --precision f16", "--device gpu"),
         ("bench --ops --classic ssao", "cannot be used with"),
+        ("bench --level sse9", "portable, avx2, avx512"),
+        ("bench --level portable --device gpu", "--device cpu"),
     ] {
         let output = aonet(dir, line).output().unwrap();
         let stderr = String::from_utf8_lossy(&output.stderr);
@@ -56,6 +59,27 @@ fn a_configuration_is_a_network() {
     let stderr = aonet(dir, "export --config wrong.json --onnx x.onnx").output().unwrap().stderr;
     let stderr = String::from_utf8_lossy(&stderr).into_owned();
     assert!(stderr.contains("wrong.json") && stderr.contains("patch"), "{stderr}");
+}
+
+#[test]
+fn the_given_instructions_are_used() {
+    let dir = desk();
+    let run = |level: Level| {
+        let level = format!("{level:?}").to_lowercase();
+        let methods = "--config alone.json --classic ssao --size 64x64 --threads 1 --runs 1 --json";
+        aonet(dir.path(), &format!("bench {methods} --level {level}")).output().unwrap()
+    };
+    for level in [Level::Portable, Level::Avx2, Level::Avx512] {
+        let output = run(level);
+        let stderr = String::from_utf8_lossy(&output.stderr);
+        if !Level::available().any(|available| available == level) {
+            assert!(output.status.code() == Some(2) && stderr.contains(&format!("{level:?}")), "{stderr}");
+            continue;
+        }
+        let bench: Value = serde_json::from_slice(&output.stdout).unwrap();
+        assert!(bench["machine"].as_str().unwrap().ends_with(&format!(", {level:?}")), "{bench}");
+        assert_eq!(bench["timings"].as_array().unwrap().len(), 2);
+    }
 }
 
 #[test]

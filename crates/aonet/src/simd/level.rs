@@ -71,7 +71,7 @@ impl Isa {
     }
 
     /// Vectors that a loop can accumulate into.
-    pub(crate) fn accumulators(self) -> usize {
+    pub fn accumulators(self) -> usize {
         match self {
             Self::Portable => Portable::ACCUMULATORS,
             #[cfg(target_arch = "x86_64")]

@@ -7,7 +7,7 @@ mod ops;
 mod subject;
 mod table;
 
-use crate::device::{Device, PrecisionArg};
+use crate::device::{Device, LevelArg, PrecisionArg};
 use crate::{output, setup};
 use anyhow::Result;
 use aonet::Size;
@@ -62,6 +62,9 @@ pub(crate) struct Args {
     /// times only [default: f32; on a GPU f32 and f16].
     #[arg(long, value_enum)]
     precision: Vec<PrecisionArg>,
+    /// Vector instructions of the CPU [default: the best that it has].
+    #[arg(long, value_enum, value_name = "LEVEL")]
+    level: Option<LevelArg>,
     /// Counted runs, after the first [default: 15; on a GPU 50].
     #[arg(long)]
     runs: Option<usize>,
@@ -87,6 +90,7 @@ const EXAMPLES: &str = "Examples:
   aonet bench --methods all
   aonet bench --config configs/models/speed.json --ops --size 1280x720
   aonet bench --classic all --size 1280x720
+  aonet bench --model fast --level avx2 --size 1280x720
   aonet bench --classic agtao:tuned --model balanced --bent-normals --size 640x360";
 
 /// Its options are those of programs built with the feature `gpu`.
@@ -101,6 +105,10 @@ pub(crate) fn run(args: &Args) -> Result<()> {
     anyhow::ensure!(
         !args.bent_normals || args.device == Device::Cpu,
         "--bent-normals: expected --device cpu; found gpu"
+    );
+    anyhow::ensure!(
+        args.level.is_none() || args.device == Device::Cpu,
+        "--level: expected --device cpu; found gpu"
     );
     match (args.device, args.ops) {
         #[cfg(feature = "gpu")]
@@ -141,19 +149,26 @@ impl Args {
         self.runs.unwrap_or(15).max(1)
     }
 
+    /// Vector instructions of the CPU.
+    fn level(&self) -> Level {
+        self.level.map_or_else(Level::best, Level::from)
+    }
+
+    /// A precision with every number of threads.
+    fn options_of(&self, precision: cpu::Precision) -> impl Iterator<Item = Options> {
+        let level = self.level();
+        self.threads().into_iter().map(move |threads| Options { threads, level, precision })
+    }
+
     /// Every precision with every number of threads.
     fn options(&self) -> Result<Vec<Options>> {
-        let options = |precision| {
-            let with_threads = move |threads| Options { threads, precision, ..Options::default() };
-            self.threads().into_iter().map(with_threads)
-        };
-        Ok(self.precisions()?.into_iter().flat_map(options).collect())
+        Ok(self.precisions()?.into_iter().flat_map(|precision| self.options_of(precision)).collect())
     }
-}
 
-/// The machine that the times belong to.
-fn machine() -> String {
-    format!("{}, {:?}", timing::device(), Level::best())
+    /// The machine that the times belong to, and the instructions that they were measured with.
+    fn machine(&self) -> String {
+        format!("{}, {:?}", timing::device(), self.level())
+    }
 }
 
 /// Reports on stderr what is measured now: a table of all methods takes minutes.

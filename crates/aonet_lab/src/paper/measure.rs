@@ -123,9 +123,7 @@ pub fn measure(
     for (done, (key, size)) in needs.times.iter().enumerate() {
         let times = match (subject.models.first(key), rows::classic(key)) {
             (Some(model), _) => Some(timing::time(model, *size, options, subject.runs)?),
-            (None, Some(method)) => {
-                Some(timing::time_classic(&method, *size, subject.threads, subject.runs)?)
-            }
+            (None, Some(method)) => Some(timing::time_classic(&method, *size, options, subject.runs)?),
             (None, None) => None,
         };
         if let (Some(times), Some(row)) = (times, found.rows.get_mut(key)) {

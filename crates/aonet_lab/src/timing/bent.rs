@@ -1,6 +1,6 @@
 //! What bent normals cost beside visibility.
 
-use super::{RADIUS, bump, median, ms_since};
+use super::{RADIUS, bump, median, ms_since, of_search};
 use aonet::net::{Model, cpu};
 use aonet::search::{self, Classic};
 use aonet::{AoImage, AoParams, BentNormals, Size};
@@ -37,16 +37,16 @@ pub fn time_bent_normals(model: &Model, size: Size, options: cpu::Options, runs:
 /// The same for a classic method.
 ///
 /// # Errors
-/// When it has no bent normals, or the threads cannot be started.
+/// When it has no bent normals, the threads cannot be started, or the machine does not have the instructions.
 pub fn time_classic_bent_normals(
     method: &Classic,
     size: Size,
-    threads: usize,
+    options: cpu::Options,
     runs: usize,
 ) -> Result<BentTimes> {
     let (gbuffer, params) = (bump(size)?, AoParams::new(RADIUS)?);
     let (mut image, mut bent) = (AoImage::open(size), BentNormals::zeros(size));
-    let options = search::Options { threads, ..search::Options::default() };
+    let options = of_search(options);
     let mut plain = search::Session::new(method, size, options)?;
     let mut both = search::Session::with_bent_normals(method, size, options)?;
     alternating(runs, |wants_bent| match wants_bent {
@@ -83,9 +83,12 @@ mod tests {
     fn methods_with_bent_normals_are_timed_and_others_refused() {
         let size = Size::px(64, 40);
         let agtao = Classic::named("agtao").unwrap();
-        let times = time_classic_bent_normals(&agtao, size, 1, 3).unwrap();
+        let times = time_classic_bent_normals(&agtao, size, cpu::Options::default(), 3).unwrap();
         assert!(times.without_ms > 0.0 && times.with_ms > 0.0 && times.ratio > 0.0, "{times:?}");
-        assert!(time_classic_bent_normals(&Classic::named("ssao").unwrap(), size, 1, 1).is_err());
+        assert!(
+            time_classic_bent_normals(&Classic::named("ssao").unwrap(), size, cpu::Options::default(), 1)
+                .is_err()
+        );
         let [fast, paper] = [shipped::FAST, shipped::PAPER].map(|bytes| Model::from_bytes(bytes).unwrap());
         assert!(time_bent_normals(&fast, size, cpu::Options::default(), 1).unwrap().ratio > 0.0);
         assert!(time_bent_normals(&paper, size, cpu::Options::default(), 1).is_err());

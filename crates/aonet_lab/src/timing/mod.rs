@@ -84,13 +84,13 @@ pub fn time(model: &Model, size: Size, options: Options, runs: usize) -> Result<
     Ok(Times { features_ms: median(&mut features_ms), session_bytes: session.memory_bytes(), ..times })
 }
 
-/// Times a classic method, as [`time`] times a network; memory is not counted.
+/// Times a classic method, as [`time`] times a network; memory is not counted, and the precision is f32.
 ///
 /// # Errors
-/// When a parameter is out of range, or the threads cannot be started.
-pub fn time_classic(method: &Classic, size: Size, threads: usize, runs: usize) -> Result<Times> {
+/// When a parameter is out of range, the threads cannot be started, or the machine does not have the instructions.
+pub fn time_classic(method: &Classic, size: Size, options: Options, runs: usize) -> Result<Times> {
     let (gbuffer, mut image) = (bump(size)?, AoImage::open(size));
-    let options = search::Options { threads, ..search::Options::default() };
+    let options = of_search(options);
     let mut session = search::Session::new(method, gbuffer.size(), options)?;
     let mut run = || -> Result<f64> {
         let start = Instant::now();
@@ -140,6 +140,11 @@ pub fn calibrated(model: Model, precision: Precision) -> Result<Model> {
         &mut ranges,
     )?;
     Ok(model.with_ranges(ranges)?)
+}
+
+/// Threads and instructions for a classic method.
+fn of_search(Options { threads, level, .. }: Options) -> search::Options {
+    search::Options { threads, level }
 }
 
 fn ms_since(start: Instant) -> f64 {

@@ -224,6 +224,7 @@ fn kernel_predict(
     let [b, _, h, w] = kernels.dims();
     let pixels = patch * patch;
     let kernels = match weights {
+        KernelWeights::Softmax if by == Kernels::Own => flex_ops::softmax(kernels),
         KernelWeights::Softmax => {
             let by_component = kernels.reshape([b, pixels, TAPS / GUIDE_CHANNELS, GUIDE_CHANNELS, h * w]);
             softmax(by_component, 2).reshape([b, pixels * TAPS, h, w])

@@ -8,7 +8,7 @@ use super::samples::{self, Crop};
 use super::step::{LEAK, Stepper, single_threaded_pools};
 use aonet::internals::graph::Graph;
 use aonet::internals::weights::Weights;
-use aonet::net::ModelConfig;
+use aonet::net::{KernelWeights, ModelConfig};
 use burn::tensor::Device;
 
 const SIDE: usize = 256;
@@ -76,4 +76,10 @@ fn full_resolution() {
 #[ignore = "measures, checks nothing"]
 fn paper() {
     time("paper", &ModelConfig::paper());
+}
+
+#[test]
+#[ignore = "measures, checks nothing"]
+fn softmax() {
+    time("softmax", &ModelConfig { kernel: KernelWeights::Softmax, ..ModelConfig::paper() });
 }

@@ -1,7 +1,7 @@
 //! What bent normals cost, in runs that take turns with runs without them.
 
 use super::subject::{Method, Subject};
-use super::{Args, machine, progress};
+use super::{Args, progress};
 use crate::output::{self, Style, number, table};
 use anyhow::{Context, Result};
 use aonet_lab::timing::{time_bent_normals, time_classic_bent_normals};
@@ -17,7 +17,7 @@ pub(super) fn run(args: &Args, subjects: &[Subject]) -> Result<()> {
                 progress(name, size, options);
                 let times = match method {
                     Method::Network(model) => time_bent_normals(model, size, options, args.runs()),
-                    Method::Classic(of) => time_classic_bent_normals(of, size, options.threads, args.runs()),
+                    Method::Classic(of) => time_classic_bent_normals(of, size, options, args.runs()),
                 };
                 let times = times.with_context(|| format!("--bent-normals, {name}"))?;
                 let cells = [
@@ -37,9 +37,9 @@ pub(super) fn run(args: &Args, subjects: &[Subject]) -> Result<()> {
         }
     }
     if args.json {
-        return output::json(&json!({ "machine": machine(), "bent_normals": timings }));
+        return output::json(&json!({ "machine": args.machine(), "bent_normals": timings }));
     }
     let header = ["method", "size", "threads", "ms", "ms, bent normals", "ratio"];
     let text = table(&header, &rows, Style::Text);
-    output::text(&format!("{text}\n{}; medians of {} runs of each, in turns\n", machine(), args.runs()))
+    output::text(&format!("{text}\n{}; medians of {} runs of each, in turns\n", args.machine(), args.runs()))
 }

@@ -1,7 +1,7 @@
 //! Every step of a network beside its lower bounds.
 
 use super::subject::{Case, Method, Subject};
-use super::{Args, machine, progress};
+use super::{Args, progress};
 use crate::output::{self, Style, number, table};
 use anyhow::Result;
 use aonet::net::cpu::Options;
@@ -62,13 +62,18 @@ pub(super) fn run(args: &Args, subjects: &[Subject]) -> Result<()> {
         }
     }
     if args.json {
-        return output::json(&json!({ "machine": machine(), "runs": args.runs(), "networks": all }));
+        return output::json(&json!({ "machine": args.machine(), "runs": args.runs(), "networks": all }));
     }
     let tables: Vec<_> = all.iter().map(text).collect();
     let note = "A floor is the longer of two times: direct convolution at the peak rate of multiply-adds, and moving every input, \
                 output and parameter once at the rate of a copy in main memory. Steps whose buffers stay in the caches, and \
                 convolutions that save multiplications, can be below it.";
-    output::text(&format!("{}\n{note}\n{}; medians of {} runs\n", tables.join("\n"), machine(), args.runs()))
+    output::text(&format!(
+        "{}\n{note}\n{}; medians of {} runs\n",
+        tables.join("\n"),
+        args.machine(),
+        args.runs()
+    ))
 }
 
 fn steps(case: Case<'_>, Setting { options, peaks }: Setting, ops: Vec<OpTime>) -> Steps {

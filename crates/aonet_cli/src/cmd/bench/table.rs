@@ -1,7 +1,7 @@
 //! One row for every method, size and number of threads.
 
 use super::subject::{Case, Method, Subject};
-use super::{Args, machine, progress};
+use super::{Args, progress};
 use crate::output::{self, Style, number, table};
 use anyhow::Result;
 use aonet::Size;
@@ -45,9 +45,9 @@ pub(super) fn run(args: &Args, subjects: &[Subject]) -> Result<()> {
         }
     }
     if args.json {
-        return output::json(&json!({ "machine": machine(), "networks": networks, "timings": rows }));
+        return output::json(&json!({ "machine": args.machine(), "networks": networks, "timings": rows }));
     }
-    output::text(&format!("{}\n{}; {} runs each\n", text(&rows), machine(), args.runs()))
+    output::text(&format!("{}\n{}; {} runs each\n", text(&rows), args.machine(), args.runs()))
 }
 
 /// Configuration and size of a network.
@@ -62,8 +62,7 @@ fn facts(name: &str, method: &Method) -> Option<Value> {
 /// A row for each number of threads.
 fn by_threads(case: Case<'_>, precision: Precision, args: &Args) -> Result<Vec<Row>> {
     let mut rows: Vec<Row> = Vec::new();
-    for threads in args.threads() {
-        let options = Options { threads, precision, ..Options::default() };
+    for options in args.options_of(precision) {
         progress(case.name, case.size, options);
         let row = measure(case, options, args.runs())?;
         let scaling = rows.first().map_or(1.0, |first| first.times.median_ms / row.times.median_ms);
@@ -87,7 +86,7 @@ fn measure(case: Case<'_>, options: Options, runs: usize) -> Result<Row> {
             }
         }
         Method::Classic(method) => {
-            let times = timing::time_classic(method, size, threads, runs)?;
+            let times = timing::time_classic(method, size, options, runs)?;
             Row { taps: Some(method.taps()), ..row(case, threads, times) }
         }
     })

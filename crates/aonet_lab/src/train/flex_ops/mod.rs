@@ -8,6 +8,7 @@ mod convolution;
 mod direct;
 mod neighbours;
 mod resample;
+mod softmax;
 #[cfg(test)]
 mod tests;
 
@@ -37,6 +38,11 @@ pub(super) fn weigh(kernels: Tensor<4>, guide: Tensor<4>) -> Tensor<4> {
     Tensor::from_dispatch(Dispatch::weigh_guide(kernels.into_dispatch(), guide.into_dispatch()))
 }
 
+/// Of `kernels` B x patch²·48 x H/patch x W/patch, the softmax over the 16 taps of each component. On the CPU only.
+pub(super) fn softmax(kernels: Tensor<4>) -> Tensor<4> {
+    Tensor::from_dispatch(Dispatch::softmax_taps(kernels.into_dispatch()))
+}
+
 /// Means of 2x2 pixels. On the CPU only.
 pub(super) fn pool(x: Tensor<4>) -> Tensor<4> {
     Tensor::from_dispatch(Dispatch::resample(x.into_dispatch(), Resample::Pool))
@@ -56,6 +62,7 @@ trait GraphOps: Backend {
         slope: f32,
     ) -> FloatTensor<Self>;
     fn weigh_guide(kernels: FloatTensor<Self>, guide: FloatTensor<Self>) -> FloatTensor<Self>;
+    fn softmax_taps(kernels: FloatTensor<Self>) -> FloatTensor<Self>;
     fn resample(x: FloatTensor<Self>, to: Resample) -> FloatTensor<Self>;
 }
 
@@ -78,6 +85,12 @@ impl GraphOps for Flex {
         let mut out = vec![0.0; neighbours.pixels()];
         neighbours.weigh(floats(&kernels), &mut out);
         tensor(out, [neighbours.batch, 1, neighbours.height, neighbours.width])
+    }
+
+    fn softmax_taps(kernels: Values) -> Values {
+        let kernels = kernels.to_contiguous();
+        let dims: [usize; 4] = kernels.layout().shape().dims();
+        tensor(softmax::forward(floats(&kernels), dims[2] * dims[3]), dims)
     }
 
     fn resample(x: Values, to: Resample) -> Values {
@@ -115,6 +128,15 @@ impl<C: CheckpointStrategy> GraphOps for Autodiff<Flex, C> {
                 prep.finish((kernels, guide), y)
             }
             OpsKind::UnTracked(prep) => prep.finish(Flex::weigh_guide(kernels, guide)),
+        }
+    }
+
+    fn softmax_taps(kernels: FloatTensor<Self>) -> FloatTensor<Self> {
+        let nodes = [kernels.node()];
+        let weights = Flex::softmax_taps(kernels.into_primitive());
+        match SoftmaxBackward.prepare::<C>(nodes).compute_bound().stateful() {
+            OpsKind::Tracked(prep) => prep.finish(weights.clone(), weights),
+            OpsKind::UnTracked(prep) => prep.finish(weights),
         }
     }
 
@@ -210,6 +232,24 @@ impl Backward<Flex, 1> for WeighBackward {
         let (h, w) = (neighbours.cells(), neighbours.row());
         let channels = neighbours.patch * neighbours.patch * TAPS;
         grads.register::<Flex>(node.id, tensor(out, [neighbours.batch, channels, h, w]));
+    }
+}
+
+#[derive(Debug)]
+struct SoftmaxBackward;
+
+impl Backward<Flex, 1> for SoftmaxBackward {
+    /// The weights.
+    type State = Values;
+
+    fn backward(self, ops: Ops<Self::State, 1>, grads: &mut Gradients, _: &mut Checkpointer) {
+        let [of_kernels] = ops.parents;
+        let slope = grads.consume::<Flex>(&ops.node).to_contiguous();
+        let Some(node) = of_kernels else { return };
+        let weights = ops.state;
+        let dims: [usize; 4] = weights.layout().shape().dims();
+        let out = softmax::backward(floats(&weights), floats(&slope), dims[2] * dims[3]);
+        grads.register::<Flex>(node.id, tensor(out, dims));
     }
 }
 
