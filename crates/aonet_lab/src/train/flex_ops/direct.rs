@@ -121,8 +121,6 @@ impl Kernel for Products<'_> {
             4 if const { 4 * SIZE <= S::ACCUMULATORS } => self.tile::<S, 4, 4>(simd),
             4 => self.tile::<S, 4, 2>(simd),
             TILE if const { TILE * SIZE <= S::ACCUMULATORS } => self.tile::<S, TILE, TILE>(simd),
-            TILE if const { 4 * SIZE <= S::ACCUMULATORS } => self.tile::<S, TILE, 4>(simd),
-            TILE => self.tile::<S, TILE, 2>(simd),
             outputs => unreachable!("a tile of {outputs} outputs"),
         }
     }
@@ -287,10 +285,10 @@ impl Direct {
         }
     }
 
-    /// Outputs in registers at a time. Four outputs of two vectors take six loads for eight products, eight of one take nine: 0.75 to 0.8
-    /// of the time with AVX2. AVX-512 was measured with eight.
+    /// Outputs at a time. Four outputs of two vectors take six loads for eight products, eight of one take nine: with AVX2 0.75 to 0.8 of the
+    /// time. AVX-512 was measured with eight, whose products have enough registers there.
     fn tile(&self) -> usize {
-        if self.isa.accumulators() >= 2 * TILE { TILE } else { 4 }
+        if self.isa.accumulators() >= TILE * SIZE { TILE } else { 4 }
     }
 
     fn bordered(&self, planes: usize, border: usize, beyond: Beyond) -> Bordered {
