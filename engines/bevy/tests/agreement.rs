@@ -212,7 +212,8 @@ fn second_layers_agree() {
                 assert_agrees(&format!("{method:?}, {kind}, margin {margin}"), found, &expected);
                 let without = difference(&expected, &expected_in(method, &frame.without_second(), 1.0)).0;
                 println!("    without the layer: {without:.5}");
-                assert_eq!(without > 4e-3, method.reads_second_layer(), "{method:?}: {without}");
+                // More than the plugin and the CPU may differ.
+                assert_eq!(without > 2e-3, method.reads_second_layer(), "{method:?}: {without}");
                 // What asks for nothing costs nothing.
                 drop(seen);
                 let world = bevy.app.world_mut();
@@ -253,13 +254,14 @@ fn second_layers_of_viewports_and_jitter_agree() {
 fn second_layers_leave_out_what_alpha_masks_cut() {
     let mut bevy = Running::new();
     let target = bevy.target(SIZE);
-    let settings = AonetAmbientOcclusion { second_layer: true, ..ao(DEEP) };
+    let settings = AonetAmbientOcclusion { second_layer: true, ..ao(AonetMethod::High) };
     let camera = bevy.camera(&target, (settings, pose(), projection()));
     // Thinner than the distance of the layers; it hides a box.
     let board = ([-0.6, 0.6, 0.2], [0.6, 0.6, 0.01]);
     let hidden = ([-0.9, 0.3, -0.3], [0.5, 0.3, 0.2]);
     bevy.add_box(board, StandardMaterial::default());
-    let expected = |more: &[_]| expected_in(DEEP, &boxes::deep_frame(lens(SIZE), 0.1, more), 1.0);
+    let expected =
+        |more: &[_]| expected_in(AonetMethod::High, &boxes::deep_frame(lens(SIZE), 0.1, more), 1.0);
     let (without, with) = (expected(&[board]), expected(&[board, hidden]));
     let (_, far) = difference(&without, &with);
     assert!(far > 0.012, "the box changes {far} of the pixels");
