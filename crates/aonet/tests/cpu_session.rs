@@ -10,8 +10,8 @@ use aonet::net::{Features, KernelWeights, Model, ModelConfig, Output, Ranges, Sk
 use aonet::simd::Level;
 use aonet::{AoImage, GBuffer, Size};
 use common::{
-    assert_close, behind_bars, camera, frame, max_error, mixing, mixing_shares, model, oracle, params,
-    seeing, small, smoothing, spread, surveying, waves, weighing_shares,
+    assert_close, behind_bars, camera, embedding, frame, max_error, mixing, mixing_shares, model, oracle,
+    params, seeing, small, smoothing, spread, surveying, waves, weighing_shares,
 };
 
 /// Largest difference between a session and the oracle. Measured over all tests here: 5e-7, from the order of
@@ -108,6 +108,7 @@ fn weights_of_shares_and_surveys() {
             (filtered, settling),
             (filtered, smoothing(p)),
             (filtered, mixing(p)),
+            (filtered, embedding(p)),
         ]
         .map(|(tolerance, config)| (p, tolerance, config))
     };

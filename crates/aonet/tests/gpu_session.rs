@@ -9,8 +9,8 @@ use aonet::net::gpu::Session;
 use aonet::net::{Features, KernelWeights, Model, ModelConfig, Skips, cpu, shipped};
 use aonet::{AoImage, AoParams, BentNormals, GBuffer, Size};
 use common::{
-    assert_close, behind_bars, frame, max_error, mean_error, mixing, mixing_shares, model, oracle, params,
-    small, smoothing, spread, surveying, waves, weighing_shares,
+    assert_close, behind_bars, embedding, frame, max_error, mean_error, mixing, mixing_shares, model, oracle,
+    params, small, smoothing, spread, surveying, waves, weighing_shares,
 };
 use device::{Inputs, OPTIONS, device, inputs, on_the_cpu, read, target, too_large};
 
@@ -73,9 +73,16 @@ fn every_row_of_tables_3_and_4() {
 fn weights_of_shares_and_surveys() {
     let Some(device) = device() else { return };
     let kinds = |p| {
-        [(p, weighing_shares(p)), (p, surveying(p)), (p, smoothing(p)), (p, mixing(p)), (p, mixing_shares(p))]
+        [
+            (p, weighing_shares(p)),
+            (p, surveying(p)),
+            (p, smoothing(p)),
+            (p, mixing(p)),
+            (p, mixing_shares(p)),
+            (p, embedding(p)),
+        ]
     };
-    for (patch, config) in [1, 4].into_iter().flat_map(kinds) {
+    for (patch, config) in [1, 4, 8].into_iter().flat_map(kinds) {
         let model = model(config, 1);
         let bars = behind_bars(&waves(Size::px(75, 41)));
         for gbuffer in [frame(Size::px(45, 20), 2), bars.clone().without_second(), bars] {

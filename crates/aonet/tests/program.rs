@@ -130,7 +130,7 @@ fn templates(precision: Precision, textures: TextureEncoding) -> Vec<(String, Te
         ModelConfig::paper(),
         ModelConfig::correcting(),
         ModelConfig { smooth: true, ..ModelConfig::correcting() },
-        ModelConfig { neighbours: vec![1, 3], ..ModelConfig::correcting() },
+        ModelConfig { neighbours: vec![1, 3], embedding: Some(24), ..ModelConfig::correcting() },
         ModelConfig::deep_shading(),
         ModelConfig::deep_ao(),
     ];

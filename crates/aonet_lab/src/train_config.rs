@@ -239,7 +239,8 @@ fn check_symmetric(model: &ModelConfig) -> Result<()> {
     if model.features.sees(Channel::NormalEncoded(Axis::X)) {
         return refuse("normals, whose sign can change", "encoded normals".to_owned());
     }
-    match model.encoder.iter().chain(&model.decoder).find(|channels| *channels % 2 == 1) {
+    let mut widths = model.embedding.iter().chain(&model.encoder).chain(&model.decoder);
+    match widths.find(|channels| *channels % 2 == 1) {
         Some(odd) => refuse("even numbers of channels", odd.to_string()),
         None => Ok(()),
     }

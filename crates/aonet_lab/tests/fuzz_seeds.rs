@@ -177,6 +177,7 @@ fn write_fuzz_seeds() {
         output: Output::Visibility,
         search: None,
         survey: None,
+        embedding: None,
         encoder: vec![1, 1],
         decoder: vec![1],
         skips: Skips::Concat,

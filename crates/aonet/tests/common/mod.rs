@@ -174,6 +174,11 @@ pub(crate) fn mixing(patch: usize) -> ModelConfig {
     ModelConfig { neighbours: vec![1, 3], ..smoothing(patch) }
 }
 
+/// The same, which embeds patches.
+pub(crate) fn embedding(patch: usize) -> ModelConfig {
+    ModelConfig { embedding: Some(9), ..mixing(patch) }
+}
+
 /// A small network that weighs shares of light and neighbours.
 pub(crate) fn mixing_shares(patch: usize) -> ModelConfig {
     ModelConfig { neighbours: vec![1, 2, 4, 8], ..weighing_shares(patch) }

@@ -28,7 +28,8 @@ pub(super) fn fitted(config: &ModelConfig, start: &Model) -> BTreeMap<String, Te
     let (before, after) = (inputs(start.config()), inputs(config));
     if start.config().patch == config.patch
         && before != after
-        && let Some(tensor) = tensors.get_mut("enc0.conv0.weight")
+        && start.config().embedding.is_some() == config.embedding.is_some()
+        && let Some(tensor) = tensors.get_mut(first_convolution(config))
         && tensor.shape[1] == before.len()
     {
         let parts = after.iter().map(|input| match before.contains(input) {
@@ -49,6 +50,11 @@ pub(super) fn fitted(config: &ModelConfig, start: &Model) -> BTreeMap<String, Te
         }
     }
     tensors
+}
+
+/// The weights that read features and survey.
+fn first_convolution(config: &ModelConfig) -> &'static str {
+    if config.embedding.is_some() { "embedding.weight" } else { "enc0.conv0.weight" }
 }
 
 /// Planes of the head of a network that corrects a search: the correction and weights of shares, and weights of neighbours.
@@ -90,6 +96,7 @@ fn narrowed(config: &ModelConfig, start: &Model) -> BTreeMap<String, Tensor> {
         && config.arch == Arch::AoNet
         && before.skips == Skips::Concat
         && config.skips == Skips::Concat
+        && before.embedding == config.embedding
         && before.encoder.len() == config.encoder.len();
     if !same_kind {
         return narrowed;
@@ -250,18 +257,18 @@ mod tests {
 
     #[test]
     fn channels_that_nothing_stood_for_have_no_weight() {
-        let start = model(ModelConfig::correcting());
-        let fitted = fits(&ModelConfig::balanced(), &start);
-        let name = "enc0.conv0.weight";
-        let (before, after) = (start.weights().get(name), fitted.get(name));
-        assert!(after.shape[1] > before.shape[1]);
-        for (old, new) in
-            before.values.chunks_exact(before.shape[1] * 9).zip(after.values.chunks_exact(after.shape[1] * 9))
-        {
-            assert_eq!(old, &new[..old.len()]);
-            assert!(new[old.len()..].iter().all(|weight| *weight == 0.0));
+        for (embedding, name, area) in [(None, "enc0.conv0.weight", 9), (Some(24), "embedding.weight", 1)] {
+            let start = model(ModelConfig { embedding, ..ModelConfig::correcting() });
+            let fitted = fits(&ModelConfig { embedding, ..ModelConfig::balanced() }, &start);
+            let (before, after) = (start.weights().get(name), fitted.get(name));
+            assert!(after.shape[1] > before.shape[1]);
+            let [old, new] = [before, after].map(|tensor| tensor.values.chunks_exact(tensor.shape[1] * area));
+            for (old, new) in old.zip(new) {
+                assert_eq!(old, &new[..old.len()]);
+                assert!(new[old.len()..].iter().all(|weight| *weight == 0.0));
+            }
+            assert_eq!(start.weights().get("enc1.conv0.weight"), fitted.get("enc1.conv0.weight"));
         }
-        assert_eq!(start.weights().get("enc1.conv0.weight"), fitted.get("enc1.conv0.weight"));
     }
 
     #[test]

@@ -170,8 +170,8 @@ fn the_trainer_agrees_with_the_oracle_about_searches() {
 #[test]
 fn the_trainer_agrees_with_the_oracle_about_surveys() {
     let arcs = ArcsParams { denoise_passes: 0, ..ArcsParams::default() };
-    for patch in [1, 4] {
-        let config = ModelConfig { patch, survey: Some(arcs), ..small(ModelConfig::correcting()) };
+    for (patch, embedding) in [(1, None), (4, None), (4, Some(10))] {
+        let config = ModelConfig { patch, embedding, survey: Some(arcs), ..small(ModelConfig::correcting()) };
         let model = model(config, 3);
         let planes = features(5, (64, 64));
         let cells = features(SURVEYED, (64 / patch, 64 / patch));

@@ -222,8 +222,9 @@ mod tests {
             ..small(ModelConfig::paper())
         };
         let mixing = ModelConfig { neighbours: vec![1, 3], ..small(ModelConfig::correcting()) };
+        let embedding = ModelConfig { embedding: Some(10), ..small(ModelConfig::correcting()) };
         // A head that starts small hides one weight of the body more than the others do.
-        for (config, tells) in [(surveyed, 1e-4), (shares, 1e-4), (mixing, 3e-5)] {
+        for (config, tells) in [(surveyed, 1e-4), (shares, 1e-4), (mixing, 3e-5), (embedding, 1e-4)] {
             let (difference, range) = asymmetry(&config, false);
             assert!(range > 0.1 && difference < 1e-5 * range, "{config:?}: {difference} of {range}");
             let (difference, _) = asymmetry(&config, true);

@@ -15,6 +15,9 @@ pub(crate) fn build(config: &ModelConfig) -> Graph {
         let survey = graph.push(Op::Survey { arcs, patch }, 0);
         x = graph.push(Op::Concat { first: x, second: survey }, 0);
     }
+    if let Some(channels) = config.embedding {
+        x = Conv { size: 1, ..Conv::of_3x3("embedding", channels) }.push(&mut graph, x);
+    }
     let mut skips = Vec::new();
     for (level, &channels) in config.encoder.iter().enumerate() {
         if level > 0 {

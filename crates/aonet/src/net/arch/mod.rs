@@ -132,6 +132,7 @@ mod tests {
         assert!(
             error(ModelConfig { encoder: vec![32, 48, 64, 0], ..ModelConfig::paper() }).contains("widths")
         );
+        assert!(error(ModelConfig { embedding: Some(0), ..ModelConfig::paper() }).contains("widths"));
         let paper = ModelConfig::paper;
         assert!(error(ModelConfig { output: Output::Correction, ..paper() }).contains("search"));
         assert!(error(ModelConfig { search: Some(SearchConfig::tuned()), ..paper() }).contains("search"));
@@ -179,6 +180,20 @@ mod tests {
             assert!(surveys.map(|node| (node.channels, node.stride)).eq([(6, patch)]));
             assert_eq!(graph.params()[0].shape, [32, 5 * patch * patch + 6, 3, 3]);
         }
+    }
+
+    #[test]
+    fn an_embedding_reads_features_and_survey() {
+        let survey = Some(ArcsParams { denoise_passes: 0, ..ArcsParams::default() });
+        let config = ModelConfig { patch: 8, survey, embedding: Some(24), ..ModelConfig::correcting() };
+        let params = Graph::new(&config).unwrap().params();
+        let shapes =
+            params.iter().filter(|p| p.name.ends_with("weight")).map(|p| (&p.name[..], &p.shape[..]));
+        let first: Vec<_> = shapes.take(2).collect();
+        assert_eq!(
+            first,
+            [("embedding.weight", &[24, 5 * 64 + 6, 1, 1][..]), ("enc0.conv0.weight", &[32, 24, 3, 3][..]),]
+        );
     }
 
     #[test]

@@ -32,6 +32,7 @@ pub(super) struct ConfigFile {
     output: Option<Output>,
     search: Option<SearchConfig>,
     survey: Option<ArcsParams>,
+    embedding: Option<usize>,
     encoder: Vec<usize>,
     decoder: Vec<usize>,
     #[serde(default)]
@@ -82,6 +83,7 @@ impl TryFrom<ConfigFile> for ModelConfig {
             output: file.output.unwrap_or(output_of_kernel),
             search: file.search.or(search_of_old),
             survey: file.survey,
+            embedding: file.embedding,
             encoder: file.encoder,
             decoder: file.decoder,
             skips: file.skips,

@@ -94,6 +94,10 @@ pub struct ModelConfig {
     /// the network's own resolution, and so a cheap one. [`Arch::AoNet`] only, and without a filter.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub survey: Option<ArcsParams>,
+    /// Channels of a 1x1 convolution between what the network reads and the first level: an embedding of each patch, as of Dosovitskiy et al.
+    /// 2021. With wide patches it takes fewer multiplications than a 3x3 convolution of all their pixels. [`Arch::AoNet`] only.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub embedding: Option<usize>,
     /// Channels of each encoder level, finest first; each level halves the resolution of the one before.
     pub encoder: Vec<usize>,
     /// Channels of each decoder level, coarsest first: one fewer than `encoder`.
@@ -128,6 +132,7 @@ impl ModelConfig {
             output: Output::Visibility,
             search: None,
             survey: None,
+            embedding: None,
             encoder: vec![32, 48, 64, 96],
             decoder: vec![64, 48, 32],
             skips: Skips::Concat,
@@ -146,6 +151,7 @@ impl ModelConfig {
             output: Output::Visibility,
             search: None,
             survey: None,
+            embedding: None,
             encoder: vec![8, 16, 32, 64, 128, 256],
             decoder: vec![128, 64, 32, 16, 1],
             skips: Skips::Concat,
@@ -215,8 +221,8 @@ impl ModelConfig {
             let expected = format!("{} levels, one fewer than encoder", levels - 1);
             return Err(Error::config("decoder", expected, self.decoder.len()));
         }
-        if let Some(width) = self.encoder.iter().chain(&self.decoder).find(|w| !(1..=MAX_WIDTH).contains(*w))
-        {
+        let mut widths = self.embedding.iter().chain(&self.encoder).chain(&self.decoder);
+        if let Some(width) = widths.find(|w| !(1..=MAX_WIDTH).contains(*w)) {
             return Err(Error::config("widths", format!("1 to {MAX_WIDTH} channels"), width));
         }
         self.check_features()?;
