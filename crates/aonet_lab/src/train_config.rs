@@ -319,6 +319,7 @@ mod tests {
     fn fields_out_of_range_are_refused_by_name() {
         let loss = |loss| TrainConfig { loss, ..ms_ssim(0.0, 256) };
         let augment = |augment| TrainConfig { augment, ..ms_ssim(0.0, 256) };
+        let odd_embedding = ModelConfig { embedding: Some(9), ..ModelConfig::correcting() };
         let cases = [
             (TrainConfig { learning_rate: 0.0, ..ms_ssim(0.0, 256) }, "learning_rate"),
             (TrainConfig { learning_rate: f64::NAN, ..ms_ssim(0.0, 256) }, "learning_rate"),
@@ -328,6 +329,7 @@ mod tests {
             (augment(Augment { without_second: f64::NAN, ..Augment::default() }), "without_second"),
             (TrainConfig { batch: 0, ..ms_ssim(0.0, 256) }, "batch"),
             (TrainConfig { symmetric: true, ..ms_ssim(0.0, 256) }, "training symmetric"),
+            (TrainConfig { symmetric: true, model: odd_embedding, ..ms_ssim(0.0, 256) }, "even numbers"),
             (ms_ssim(0.0, 100), "crop"),
             (ms_ssim(0.84, 160), "at least 176"),
             (ms_ssim(-0.84, 256), "weights >= 0"),

@@ -28,7 +28,6 @@ pub(super) fn fitted(config: &ModelConfig, start: &Model) -> BTreeMap<String, Te
     let (before, after) = (inputs(start.config()), inputs(config));
     if start.config().patch == config.patch
         && before != after
-        && start.config().embedding.is_some() == config.embedding.is_some()
         && let Some(tensor) = tensors.get_mut(first_convolution(config))
         && tensor.shape[1] == before.len()
     {
@@ -96,7 +95,6 @@ fn narrowed(config: &ModelConfig, start: &Model) -> BTreeMap<String, Tensor> {
         && config.arch == Arch::AoNet
         && before.skips == Skips::Concat
         && config.skips == Skips::Concat
-        && before.embedding == config.embedding
         && before.encoder.len() == config.encoder.len();
     if !same_kind {
         return narrowed;
@@ -132,7 +130,7 @@ fn narrowed(config: &ModelConfig, start: &Model) -> BTreeMap<String, Tensor> {
     narrowed
 }
 
-/// A convolution of 3x3 pixels.
+/// A convolution before the head.
 struct Conv {
     name: String,
     /// The weights that read its outputs, and the first channel there.
@@ -171,7 +169,10 @@ fn convolutions(before: &ModelConfig, config: &ModelConfig) -> Vec<Conv> {
     let decoders = (0..coarsest)
         .rev()
         .flat_map(|level| conv("dec", level, vec![above(level)], config.decoder[coarsest - level - 1]));
-    encoders.chain(decoders).collect()
+    let readers = || vec![(weight("enc0.conv0".into()), 0)];
+    let embedding =
+        config.embedding.map(|width| Conv { name: "embedding".into(), readers: readers(), width });
+    embedding.filter(|_| before.embedding.is_some()).into_iter().chain(encoders).chain(decoders).collect()
 }
 
 /// Sum of the absolute values at a place along an axis, 0 or 1.
@@ -274,6 +275,7 @@ mod tests {
     #[test]
     fn channels_without_weight_are_the_first_to_go() {
         let config = ModelConfig {
+            embedding: Some(9),
             encoder: vec![8, 12, 10, 6],
             decoder: vec![12, 10, 8],
             ..ModelConfig::correcting()
@@ -281,6 +283,7 @@ mod tests {
         let wide = model(config.clone());
         // These channels say nothing, so the image does not need them.
         let silent = [
+            ("embedding", 4),
             ("enc0.conv0", 2),
             ("enc0.conv1", 5),
             ("enc1.conv1", 0),
@@ -307,7 +310,12 @@ mod tests {
         let wide =
             Model::new(config.clone(), Weights::new(&graph, tensors).unwrap(), TrainingFacts::default())
                 .unwrap();
-        let narrow = ModelConfig { encoder: vec![7, 11, 10, 5], decoder: vec![11, 10, 7], ..config };
+        let narrow = ModelConfig {
+            embedding: Some(8),
+            encoder: vec![7, 11, 10, 5],
+            decoder: vec![11, 10, 7],
+            ..config
+        };
         let weights = fits(&narrow, &wide);
         let narrow = Model::new(narrow, weights, TrainingFacts::default()).unwrap();
         let seen = features(wide.config().features.channels().len(), (64, 64));
