@@ -101,6 +101,7 @@ fn arcs() -> [Classic; 5] {
         ("hidden_deep", 0.3),
         ("off", 0.7),
         ("power", 1.5),
+        ("between", 1.0),
     ];
     let presets = ["arcs", "arcs:tuned", "arcs:deep"].map(|name| with(name, &[]));
     let [plain, tuned, deep] = presets;
@@ -211,6 +212,7 @@ fn a_changed_parameter_is_noticed() {
         ("arcs", "hidden_deep", 0.9),
         ("arcs", "off", 0.8),
         ("arcs", "angle_bias", 6.0),
+        ("arcs", "between", 1.0),
     ] {
         let gbuffer = if name == "arcs" || parameter == "follow" { &bars } else { &waves };
         let expected = with(name, &[]).run(gbuffer, params()).unwrap();

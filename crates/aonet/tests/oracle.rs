@@ -265,7 +265,8 @@ const SURVEY_TOLERANCE: f32 = 1e-3;
 fn surveys_find_what_their_definition_says() {
     let arcs = ArcsParams { slices: 4, denoise_passes: 0, ..ArcsParams::default() };
     let bars = behind_bars(&waves(Size::px(70, 33)));
-    for patch in [1, 2, 4, 8] {
+    for (patch, between) in [(1, 0), (2, 0), (2, 1), (4, 0), (4, 1), (8, 0)] {
+        let arcs = ArcsParams { between, ..arcs };
         let model = model(ModelConfig { survey: Some(arcs), ..surveying(patch) }, 1);
         for gbuffer in frames().into_iter().chain([bars.clone()]) {
             let expected = naive::inputs(&model, &gbuffer, params()).survey.unwrap();
@@ -278,7 +279,7 @@ fn surveys_find_what_their_definition_says() {
             let mean = off / found.values.len() as f32;
             assert!(
                 mean <= SURVEY_TOLERANCE,
-                "patches of {patch}, {:?}: {mean:e} in the mean",
+                "patches of {patch}, {between} taps between, {:?}: {mean:e} in the mean",
                 gbuffer.size()
             );
         }

@@ -10,7 +10,8 @@ use aonet_scene::random::Random;
 use rayon::prelude::*;
 
 /// Parameters that determine the cost; they keep the given values.
-const COST: [&str; 6] = ["slices", "steps", "samples", "depth_levels", "depth_offset", "denoise_keep"];
+const COST: [&str; 7] =
+    ["slices", "steps", "samples", "depth_levels", "depth_offset", "between", "denoise_keep"];
 
 /// Weights of DSSIM and L1, as in the networks' training configurations.
 const LOSS: (f64, f64) = (0.94, 0.5);

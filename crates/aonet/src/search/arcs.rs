@@ -25,11 +25,6 @@ use std::f32::consts::PI;
 /// Least cosine between a tap's normal and its ray that its plane is followed at.
 pub const MOST_GRAZING: f32 = 0.2;
 
-/// How many steps back a tap looks for its surface. With two layers it may have been hidden in between.
-pub(crate) const fn earlier_steps(layers: usize) -> usize {
-    if layers == 1 { 1 } else { 2 }
-}
-
 filtered_params! {
     /// Parameters of connected arcs.
     ArcsParams {
@@ -53,10 +48,18 @@ filtered_params! {
         off: f32 = 0.0 in 0.0..=2.0,
         /// Exponent on the visibility.
         power: f32 = 1.0 in 0.2..=4.0,
+        /// Taps that may lie between two taps of one surface, in a frame with one layer. With two layers it is always one.
+        #[serde(default)]
+        between: u32 = 0 in 0..=1,
     }
 }
 
 impl ArcsParams {
+    /// How many steps back a tap looks for its surface. With two layers it may have been hidden in between.
+    pub(crate) fn earlier_steps(&self, layers: usize) -> usize {
+        if layers == 1 { self.between as usize + 1 } else { MOST_EARLIER }
+    }
+
     pub(crate) fn spacing(&self) -> Spacing {
         Spacing::new(self.steps, self.distribution)
     }
@@ -66,6 +69,9 @@ impl ArcsParams {
         [self.hit, self.hidden_close, self.hidden_middle, self.hidden_deep, self.off]
     }
 }
+
+/// Most steps back that a tap looks for its surface.
+const MOST_EARLIER: usize = 2;
 
 /// Connected arcs of one frame.
 pub(crate) struct Arcs<'a> {
@@ -153,13 +159,17 @@ impl<'a> Arcs<'a> {
 
     /// What becomes of the light on one side of a slice.
     #[inline(always)]
-    fn blocked<S: Simd, const LAYERS: usize>(&self, side: &Side<'_, S>, jitter: F<S>) -> Blocked<S> {
+    fn blocked<S: Simd, const LAYERS: usize, const EARLIER: usize>(
+        &self,
+        side: &Side<'_, S>,
+        jitter: F<S>,
+    ) -> Blocked<S> {
         let simd = jitter.simd();
         let none = 0u32.integer_lanes(simd);
         let mut blocked = Blocked { hit: none, hidden: [none; GAPS.len()], off: none };
         let nothing = Seen { valid: F::new(simd, 1.0).le(0.0), ..side.origin() };
-        // What the tap before saw, and the one before that.
-        let mut before = [[nothing; LAYERS]; 2];
+        // What the tap before saw, and with EARLIER 2 the one before that.
+        let mut before = [[nothing; LAYERS]; EARLIER];
         before[0][0] = side.origin();
         for (k, share) in self.spacing.steps().iter().enumerate() {
             let pixels = (share.at(jitter) * side.p.radius_px).max(1.0 + k as f32).min(65_536.0);
@@ -171,7 +181,8 @@ impl<'a> Arcs<'a> {
             for (layer, now) in now.iter_mut().enumerate() {
                 *now = self.look(side, &tap, layer, &before, &mut blocked);
             }
-            before = [now, before[0]];
+            before.copy_within(..EARLIER - 1, 1);
+            before[0] = now;
         }
         blocked
     }
@@ -214,16 +225,16 @@ impl<'a> Arcs<'a> {
     /// What a tap sees in a layer. Blocks the arcs that end there, as far as they lie within the AO radius. Hides what is behind the last
     /// layer, and close behind the first one.
     #[inline(always)]
-    fn look<S: Simd, const LAYERS: usize>(
+    fn look<S: Simd, const LAYERS: usize, const EARLIER: usize>(
         &self,
         side: &Side<'_, S>,
         tap: &Tap<S>,
         layer: usize,
-        before: &[[Seen<S>; LAYERS]; 2],
+        before: &[[Seen<S>; LAYERS]; EARLIER],
         blocked: &mut Blocked<S>,
     ) -> Seen<S> {
         let now = self.seen(side, tap, layer);
-        for (i, earlier) in before[..earlier_steps(LAYERS)].as_flattened().iter().enumerate() {
+        for (i, earlier) in before.as_flattened().iter().enumerate() {
             // Mostly both lie below the tangent plane: there is no sector between them.
             let between = earlier.sector.lt(now.sector) | now.sector.lt(earlier.sector);
             let between = between & now.valid & earlier.valid & (now.near | earlier.near);
@@ -318,7 +329,7 @@ impl<'a> Arcs<'a> {
 
     /// Shares of a pixel's light; the vectors of what is lost only with BENT.
     #[inline(always)]
-    fn shares_of<S: Simd, const LAYERS: usize, const BENT: bool>(
+    fn shares_of<S: Simd, const LAYERS: usize, const EARLIER: usize, const BENT: bool>(
         &self,
         p: &Pixels<S>,
         [turn, jitter]: [F<S>; 2],
@@ -335,7 +346,7 @@ impl<'a> Arcs<'a> {
             for sign in [1.0, -1.0] {
                 let (side, light) = self.side(p, &slice, sign, dither);
                 let light = light * slice.normal_length;
-                let found = self.blocked::<S, LAYERS>(&side, jitter).shares();
+                let found = self.blocked::<S, LAYERS, EARLIER>(&side, jitter).shares();
                 for c in 0..SHARES {
                     shares[c] = found[c].count_ones().float().mul_add(light, shares[c]);
                 }
@@ -364,10 +375,11 @@ impl<'a> Arcs<'a> {
         (x, y): (usize, usize),
     ) -> [F<S>; N] {
         let noise = noise_at(p.x.simd(), x, y);
-        let (shares, beams) = if self.layers[1].0.is_empty() {
-            self.shares_of::<S, 1, BENT>(p, noise)
-        } else {
-            self.shares_of::<S, 2, BENT>(p, noise)
+        let layers = if self.layers[1].0.is_empty() { 1 } else { 2 };
+        let (shares, beams) = match (layers, self.params.earlier_steps(layers)) {
+            (1, 1) => self.shares_of::<S, 1, 1, BENT>(p, noise),
+            (1, _) => self.shares_of::<S, 1, MOST_EARLIER, BENT>(p, noise),
+            _ => self.shares_of::<S, 2, MOST_EARLIER, BENT>(p, noise),
         };
         let mut planes = [F::new(p.x.simd(), 1.0); N];
         for c in 0..SHARES {

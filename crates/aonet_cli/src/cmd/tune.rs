@@ -19,7 +19,7 @@ use std::path::PathBuf;
 
 /// Search for a classic method's parameters on the training frames of a dataset, and store them as a preset.
 ///
-/// The loss is that of the networks: 0.94 DSSIM + 0.5 L1. Parameters that determine the cost (slices, steps, samples, pyramid, denoise_keep)
+/// The loss is that of the networks: 0.94 DSSIM + 0.5 L1. Parameters that determine the cost (slices, steps, samples, pyramid, between, denoise_keep)
 /// do not change. For NNAO the command trains weights instead, on pixels of the frames. Afterwards the method is scored on
 /// validation frames with and without its new parameters, by radius.
 #[derive(Debug, Parser)]

@@ -224,6 +224,7 @@ impl Screen<'_> {
         let ray = -side.viewer;
         let itself =
             Seen { layer: 0, place: side.pixel, normal: self.normal(x, y), ray, sector: SECTORS as u32 };
+        let earlier_steps = params.earlier_steps(layers);
         let mut before = vec![vec![itself]];
         for step in 0..params.steps {
             let share = (jitter + f64::from(step)) / f64::from(params.steps);
@@ -249,7 +250,7 @@ impl Screen<'_> {
                     continue;
                 };
                 now.push(seen);
-                for earlier in before.iter().take(layers).flatten() {
+                for earlier in before.iter().take(earlier_steps).flatten() {
                     let [from, to] = [earlier, &seen].map(|end| side.near(end, self.radius));
                     let [forth, back] = [predicts(earlier, &seen), predicts(&seen, earlier)];
                     // With two layers, arcs between layers and over the border of the AO radius need both planes.

@@ -97,8 +97,11 @@ fn connected_arcs_tell_the_shares_of_their_definition() {
     for projection in [Projection::Perspective { fov_y: 1.0 }, Projection::Orthographic { height: 5.0 }] {
         for layers in [1, 2] {
             let frame = shelves(projection, layers);
-            for arcs in [ArcsParams::default(), ArcsParams { slices: 2, steps: 12, ..ArcsParams::default() }]
-            {
+            for arcs in [
+                ArcsParams::default(),
+                ArcsParams { slices: 2, steps: 12, ..ArcsParams::default() },
+                ArcsParams { between: 1, ..ArcsParams::default() },
+            ] {
                 let expected = arcs::shares(&arcs, &frame, params);
                 let mut session =
                     search::Session::new(&Classic::Arcs(arcs), frame.size(), Options::default()).unwrap();

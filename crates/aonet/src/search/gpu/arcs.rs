@@ -3,7 +3,7 @@
 use crate::gpu::shader::Shader;
 use crate::gpu::surface::Surface;
 use crate::search::ArcsParams;
-use crate::search::arcs::{MOST_GRAZING, PARTS, earlier_steps};
+use crate::search::arcs::{MOST_GRAZING, PARTS};
 use crate::search::bent::BENT_SHARES;
 use crate::search::gpu::pixels::{self, Reach};
 use crate::search::gpu::{slices, surfels};
@@ -40,7 +40,7 @@ fn with_arcs(pixels: Shader, surface: Surface, params: &ArcsParams) -> Shader {
     let ArcsParams { slices, steps, .. } = *params;
     let layers = surface.textures.layers;
     let shader = slices::with_slices(pixels, (slices, steps))
-        .number("EARLIER", earlier_steps(layers.count()))
+        .number("EARLIER", params.earlier_steps(layers.count()))
         .float("SECTORS", SECTORS)
         .float("CONNECTED", CONNECTED)
         .float("LEAST_FACING", MOST_GRAZING * LENGTH)
