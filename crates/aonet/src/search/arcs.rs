@@ -5,7 +5,7 @@
 // hides only light that passes close behind it, where no second layer shows anything.
 
 use super::PixelShares;
-use super::bent::{BEAM, BENT_SHARES, Beams};
+use super::bent::{BENT_SHARES, Beams};
 use super::cubic::Spacing;
 use super::gtao::power;
 use super::noise::noise_at;
@@ -85,12 +85,6 @@ pub(crate) struct Arcs<'a> {
     /// Light lost for each share.
     lost: [f32; SHARES],
 }
-
-/// Where the parts of a side end whose lost light has one direction: shares of the way from the viewer's cosine to the tangent plane's.
-/// Above a plane that faces the viewer they hold an eighth of its light each.
-// With four of them, bent normals beside a wall are 2.8 degrees off, with eight 1.0.
-pub(crate) const PARTS: [f32; 8] =
-    [0.064_585_65, 0.133_974_6, 0.209_430_58, 0.292_893_2, 0.387_627_57, 0.5, 0.646_446_6, 1.0];
 
 /// Sectors of one side.
 #[derive(Clone, Copy)]
@@ -298,35 +292,6 @@ impl<'a> Arcs<'a> {
         side.sector(way.mul_add(leaves, inside))
     }
 
-    /// The vector of the light that a side loses, towards the viewer and along: what is lost in each of its parts has the mean direction
-    /// of the part's light.
-    #[inline(always)]
-    fn lost_beam<S: Simd>(&self, side: &Side<'_, S>, shares: &[U<S>; SHARES]) -> [F<S>; 2] {
-        let simd = side.dither.simd();
-        let zero = F::new(simd, 0.0);
-        let tangent = (side.slice.sin_n * -side.sign).max(-1.0).min(1.0);
-        let (mut lost, mut begin, mut above) = ([zero; 2], zero, [zero; BEAM]);
-        for part in PARTS {
-            let cosine = (tangent - 1.0).mul_add(part, 1.0);
-            let beam = side.slice.beam_above::<BEAM>(cosine, side.sign);
-            let end = match part < 1.0 {
-                true => side.sector_below(beam[0]),
-                false => F::new(simd, SECTORS),
-            };
-            let bits = sectors(begin.round(), end.round());
-            let mut count = zero;
-            for (share, lost) in shares.iter().zip(self.lost) {
-                count = (*share & bits).count_ones().float().mul_add(lost, count);
-            }
-            let share = count / (end - begin).max(1.0);
-            for c in 0..2 {
-                lost[c] = (beam[c + 1] - above[c + 1]).mul_add(share, lost[c]);
-            }
-            (begin, above) = (end, beam);
-        }
-        lost
-    }
-
     /// Shares of a pixel's light; the vectors of what is lost only with BENT.
     #[inline(always)]
     fn shares_of<S: Simd, const LAYERS: usize, const EARLIER: usize, const BENT: bool>(
@@ -352,7 +317,7 @@ impl<'a> Arcs<'a> {
                 }
                 open += light;
                 if BENT {
-                    let [towards, along] = self.lost_beam(&side, &found);
+                    let [towards, along] = side.lost_beam(&found, &self.lost);
                     lost = [lost[0] + towards, lost[1] + along];
                 }
             }

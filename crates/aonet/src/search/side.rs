@@ -1,14 +1,22 @@
 //! One side of a slice: places in the plane of the slice, and whether two of them lie on one surface.
 
+use super::bent::BEAM;
 use super::screen::Pixels;
+use super::shares::SHARES;
 use super::slice::Slice;
-use super::vbao::SECTORS;
+use super::vbao::{SECTORS, sectors};
 use crate::simd::Simd;
 use crate::simd::integers::U;
 use crate::simd::lanes::{F, Mask};
 
 /// Two taps are on one surface if the plane of either misses the other by less than this share of the step on the plane.
 pub const CONNECTED: f32 = 0.7;
+
+/// Where the parts of a side end whose lost light has one direction: shares of the way from the viewer's cosine to the tangent plane's.
+/// Above a plane that faces the viewer they hold an eighth of its light each.
+// With four of them, bent normals beside a wall are 2.8 degrees off, with eight 1.0.
+pub(crate) const PARTS: [f32; 8] =
+    [0.064_585_65, 0.133_974_6, 0.209_430_58, 0.292_893_2, 0.387_627_57, 0.5, 0.646_446_6, 1.0];
 
 /// A vector in the plane of a slice: along it, and towards the viewer.
 #[derive(Clone, Copy)]
@@ -154,5 +162,34 @@ impl<S: Simd> Side<'_, S> {
         };
         let in_front = F::new(fall.simd(), 0.0).lt(from.depth.mul_add(facing, -fall) * facing);
         in_front & (miss * miss * ray.dot(ray)).lt(way.dot(way) * (CONNECTED * CONNECTED))
+    }
+
+    /// The vector of the light that the side loses, towards the viewer and along, by the weights of its shares: what is lost in each of its
+    /// parts has the mean direction of the part's light.
+    #[inline(always)]
+    pub(crate) fn lost_beam(&self, shares: &[U<S>; SHARES], weights: &[f32; SHARES]) -> [F<S>; 2] {
+        let simd = self.dither.simd();
+        let zero = F::new(simd, 0.0);
+        let tangent = (self.slice.sin_n * -self.sign).max(-1.0).min(1.0);
+        let (mut lost, mut begin, mut above) = ([zero; 2], zero, [zero; BEAM]);
+        for part in PARTS {
+            let cosine = (tangent - 1.0).mul_add(part, 1.0);
+            let beam = self.slice.beam_above::<BEAM>(cosine, self.sign);
+            let end = match part < 1.0 {
+                true => self.sector_below(beam[0]),
+                false => F::new(simd, SECTORS),
+            };
+            let bits = sectors(begin.round(), end.round());
+            let mut count = zero;
+            for (share, weight) in shares.iter().zip(weights) {
+                count = (*share & bits).count_ones().float().mul_add(*weight, count);
+            }
+            let share = count / (end - begin).max(1.0);
+            for c in 0..2 {
+                lost[c] = (beam[c + 1] - above[c + 1]).mul_add(share, lost[c]);
+            }
+            (begin, above) = (end, beam);
+        }
+        lost
     }
 }

@@ -3,12 +3,12 @@
 use crate::gpu::shader::Shader;
 use crate::gpu::surface::Surface;
 use crate::search::ArcsParams;
-use crate::search::arcs::{MOST_GRAZING, PARTS};
+use crate::search::arcs::MOST_GRAZING;
 use crate::search::bent::BENT_SHARES;
 use crate::search::gpu::pixels::{self, Reach};
 use crate::search::gpu::{slices, surfels};
 use crate::search::shares::{GAPS, PLANES, SHARES};
-use crate::search::side::CONNECTED;
+use crate::search::side::{CONNECTED, PARTS};
 use crate::search::surfels::LENGTH;
 use crate::search::vbao::SECTORS;
 
