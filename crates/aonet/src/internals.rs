@@ -14,6 +14,12 @@ pub mod random {
 pub mod simd {
     pub use crate::simd::level::Isa;
     pub use crate::simd::operations::{Kernel, MAX_LANES, Simd};
+    pub use crate::simd::transpose::{columns, four};
+}
+
+/// The transforms of Winograd's convolution.
+pub mod winograd {
+    pub use crate::net::cpu::winograd_transforms::{IN, OUT, PRODUCTS, input, output};
 }
 
 /// Networks as graphs of operations.

@@ -5,7 +5,7 @@
 // Left to the compiler, a loop over strided values becomes gathers or scatters. PERFORMANCE.md has the times.
 #[cfg(target_arch = "x86_64")]
 #[inline(always)]
-pub(crate) fn columns(rows: [&[f32; 4]; 4]) -> [[f32; 4]; 4] {
+pub fn columns(rows: [&[f32; 4]; 4]) -> [[f32; 4]; 4] {
     use std::arch::x86_64::*;
     let mut columns = [[0.0; 4]; 4];
     // SAFETY: every x86-64 machine has these instructions; rows and columns are four values each.
@@ -24,7 +24,7 @@ pub(crate) fn columns(rows: [&[f32; 4]; 4]) -> [[f32; 4]; 4] {
 /// The columns of four rows.
 #[cfg(not(target_arch = "x86_64"))]
 #[inline(always)]
-pub(crate) fn columns(rows: [&[f32; 4]; 4]) -> [[f32; 4]; 4] {
+pub fn columns(rows: [&[f32; 4]; 4]) -> [[f32; 4]; 4] {
     let mut columns = [[0.0; 4]; 4];
     for (y, row) in rows.into_iter().enumerate() {
         for (x, value) in row.iter().enumerate() {
@@ -36,7 +36,7 @@ pub(crate) fn columns(rows: [&[f32; 4]; 4]) -> [[f32; 4]; 4] {
 
 /// Four values from an index on.
 #[inline(always)]
-pub(crate) fn four(values: &[f32], from: usize) -> &[f32; 4] {
+pub fn four(values: &[f32], from: usize) -> &[f32; 4] {
     values[from..].first_chunk().expect("four values")
 }
 

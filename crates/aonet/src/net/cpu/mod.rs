@@ -32,7 +32,7 @@ mod session;
 mod tests;
 mod winograd;
 mod winograd_squares;
-mod winograd_transforms;
+pub(crate) mod winograd_transforms;
 mod winograd_weights;
 
 pub use precision::Precision;

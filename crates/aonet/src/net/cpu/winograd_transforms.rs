@@ -4,11 +4,11 @@
 use crate::simd::Simd;
 
 /// Side of a square of outputs.
-pub(super) const OUT: usize = 4;
+pub const OUT: usize = 4;
 /// Side of the square of inputs that they see, and of the square of products.
-pub(super) const IN: usize = OUT + 2;
+pub const IN: usize = OUT + 2;
 /// Products.
-pub(super) const PRODUCTS: usize = IN * IN;
+pub const PRODUCTS: usize = IN * IN;
 
 /// G: a row of three taps at every point.
 const TAPS_AT_POINTS: [[f64; 3]; IN] = [
@@ -35,7 +35,7 @@ pub(super) fn filter(taps: &[f32; 9]) -> [f32; PRODUCTS] {
 
 /// Bᵀ d: a line of inputs at every point.
 #[inline(always)]
-pub(super) fn input<S: Simd>(simd: S, d: [S::F; IN]) -> [S::F; IN] {
+pub fn input<S: Simd>(simd: S, d: [S::F; IN]) -> [S::F; IN] {
     let plus = |a, factor: f32, b| simd.mul_add(simd.splat(factor), b, a);
     let (even, odd) = (plus(d[4], -4.0, d[2]), plus(d[3], -4.0, d[1]));
     let (far, near) = (plus(d[4], -1.0, d[2]), plus(d[3], -1.0, d[1]));
@@ -51,7 +51,7 @@ pub(super) fn input<S: Simd>(simd: S, d: [S::F; IN]) -> [S::F; IN] {
 
 /// Aᵀ m: a line of outputs from the products at every point.
 #[inline(always)]
-pub(super) fn output<S: Simd>(simd: S, m: [S::F; IN]) -> [S::F; OUT] {
+pub fn output<S: Simd>(simd: S, m: [S::F; IN]) -> [S::F; OUT] {
     let plus = |a, factor: f32, b| simd.mul_add(simd.splat(factor), b, a);
     let (even, odd) = (simd.add(m[1], m[2]), plus(m[1], -1.0, m[2]));
     let (far_even, far_odd) = (simd.add(m[3], m[4]), plus(m[3], -1.0, m[4]));

@@ -5,6 +5,7 @@
 use super::Values;
 use super::bordered::Rows;
 use super::direct::{self, Direct, Filter};
+use super::winograd::Winograd;
 use aonet::internals::simd::Isa;
 use aonet::simd::Level;
 
@@ -16,12 +17,18 @@ const BLOCK: usize = 1 << 18;
 const MOST_OUTPUTS: usize = 32;
 const LEAST_WIDTH: usize = 16;
 
+/// Fewest channels in and out, and fewest pixels, for which transforms cost less than they save. guess
+const FEWEST_CHANNELS: usize = 16;
+const FEWEST_PIXELS: usize = 144;
+
 /// Method of a convolution.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Way {
     Unfold,
     /// For filters of 3x3.
     Direct(Isa),
+    /// For filters of 3x3.
+    Winograd(Isa),
 }
 
 /// The gradients to compute, zeros at first. Frozen tensors need none.
@@ -51,8 +58,13 @@ impl Convolution {
         let (inputs, outputs) = (weight[1], weight[0] / groups);
         let (height, width, size) = (x[2], x[3], weight[2]);
         let isa = Isa::new(Level::best()).ok();
-        let way = isa.filter(|_| size == direct::SIZE && outputs <= MOST_OUTPUTS && width >= LEAST_WIDTH);
-        let way = way.map_or(Way::Unfold, Way::Direct);
+        let way = match isa.filter(|_| size == direct::SIZE) {
+            Some(isa) if inputs.min(outputs) >= FEWEST_CHANNELS && height * width >= FEWEST_PIXELS => {
+                Way::Winograd(isa)
+            }
+            Some(isa) if outputs <= MOST_OUTPUTS && width >= LEAST_WIDTH => Way::Direct(isa),
+            _ => Way::Unfold,
+        };
         Self { way, batch: x[0], groups, inputs, outputs, height, width, size }
     }
 
@@ -64,6 +76,12 @@ impl Convolution {
     fn direct(&self, isa: Isa) -> Direct {
         let Self { inputs, outputs, height, width, .. } = *self;
         Direct { isa, inputs, outputs, height, width }
+    }
+
+    /// One group of one image, with a quarter of the multiplications.
+    fn winograd(&self, isa: Isa) -> Winograd {
+        let Self { inputs, outputs, height, width, .. } = *self;
+        Winograd { isa, inputs, outputs, height, width }
     }
 
     /// Rows of the unfolded image: every value that one output reads.
@@ -139,6 +157,7 @@ impl Convolution {
             let (slope, filter) = (filter.slope, Filter { weight, bias, ..filter });
             match self.way {
                 Way::Direct(isa) => self.direct(isa).forward(x, filter, out),
+                Way::Winograd(isa) => self.winograd(isa).forward(x, filter, out),
                 Way::Unfold => {
                     self.unfold_forward(x, filter, &mut columns, out);
                     if slope != 1.0 {
@@ -165,27 +184,27 @@ impl Convolution {
 
     /// Adds the gradients of the image and of the filter, where they are wanted. `slope` is the gradient of the outputs.
     pub(super) fn backward(&self, x: &[f32], weight: &[f32], slope: &[f32], wanted: Wanted<'_>) {
-        let Wanted { image, filter } = wanted;
+        let Wanted { mut image, mut filter } = wanted;
         let (k, area) = (self.unfolded(), self.pixels());
         let mut columns = vec![0.0; self.buffer()];
         let images = x.chunks_exact(self.inputs * area).zip(slope.chunks_exact(self.outputs * area));
-        if let Some(filter) = filter {
-            for (i, (x, slope)) in images.enumerate() {
-                let filter = &mut filter[i % self.groups * self.outputs * k..][..self.outputs * k];
-                match self.way {
-                    Way::Direct(isa) => self.direct(isa).filter((x, slope), filter),
-                    Way::Unfold => self.unfold_filter((x, slope), &mut columns, filter),
-                }
-            }
-        }
-        if let Some(image) = image {
-            let images =
-                image.chunks_exact_mut(self.inputs * area).zip(slope.chunks_exact(self.outputs * area));
-            for (i, (image, slope)) in images.enumerate() {
-                let weight = self.filters_of(i, weight);
-                match self.way {
-                    Way::Direct(isa) => self.direct(isa).image((weight, slope), image),
-                    Way::Unfold => self.unfold_image((weight, slope), &mut columns, image),
+        for (i, (x, slope)) in images.enumerate() {
+            let weight = self.filters_of(i, weight);
+            let image =
+                image.as_deref_mut().map(|image| &mut image[i * self.inputs * area..][..self.inputs * area]);
+            let filter = filter
+                .as_deref_mut()
+                .map(|filter| &mut filter[i % self.groups * self.outputs * k..][..self.outputs * k]);
+            match self.way {
+                Way::Winograd(isa) => self.winograd(isa).backward(x, weight, slope, Wanted { image, filter }),
+                Way::Direct(isa) => self.direct(isa).backward(x, weight, slope, Wanted { image, filter }),
+                Way::Unfold => {
+                    if let Some(filter) = filter {
+                        self.unfold_filter((x, slope), &mut columns, filter);
+                    }
+                    if let Some(image) = image {
+                        self.unfold_image((weight, slope), &mut columns, image);
+                    }
                 }
             }
         }
@@ -233,7 +252,7 @@ impl Convolution {
     fn buffer(&self) -> usize {
         match self.way {
             Way::Unfold if self.size > 1 => self.unfolded() * self.block(),
-            Way::Unfold | Way::Direct(_) => 0,
+            Way::Unfold | Way::Direct(_) | Way::Winograd(_) => 0,
         }
     }
 

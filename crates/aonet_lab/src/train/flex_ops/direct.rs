@@ -2,6 +2,7 @@
 //! stay in registers.
 
 use super::bordered::{Beyond, Bordered, Rows};
+use super::convolution::Wanted;
 use aonet::internals::simd::{Isa, Kernel, Simd};
 use std::ops::Range;
 
@@ -232,8 +233,18 @@ impl Direct {
         });
     }
 
-    /// One group of one image: the gradient of the image, added to `image`.
-    pub(super) fn image(&self, (weight, slope): (&[f32], &[f32]), image: &mut [f32]) {
+    /// One group of one image: adds the gradients that are wanted; `slope` is the gradient of the outputs.
+    pub(super) fn backward(&self, x: &[f32], weight: &[f32], slope: &[f32], wanted: Wanted<'_>) {
+        if let Some(filter) = wanted.filter {
+            self.filter((x, slope), filter);
+        }
+        if let Some(image) = wanted.image {
+            self.image((weight, slope), image);
+        }
+    }
+
+    /// The gradient of the image, added to `image`.
+    fn image(&self, (weight, slope): (&[f32], &[f32]), image: &mut [f32]) {
         let (inputs, outputs) = (self.inputs, self.outputs);
         // Every pixel of the image and its border gathers from the outputs that read it: a convolution with the rotated filter.
         let at = |i: usize, o: usize, tap: usize| weight[(o * inputs + i) * TAPS + TAPS - 1 - tap];
@@ -250,8 +261,8 @@ impl Direct {
         });
     }
 
-    /// One group of one image: the gradient of the filter, added to `filter`.
-    pub(super) fn filter(&self, (x, slope): (&[f32], &[f32]), filter: &mut [f32]) {
+    /// The gradient of the filter, added to `filter`.
+    fn filter(&self, (x, slope): (&[f32], &[f32]), filter: &mut [f32]) {
         let (inputs, outputs, area) = (self.inputs, self.outputs, self.height * self.width);
         let (of_x, of_slope) = (self.bordered(inputs, 1, Beyond::Edge), self.bordered(TILE, 0, Beyond::Zero));
         let line = SIZE * LANES;

@@ -3,14 +3,18 @@
 //! The framework's own convolution copies every tensor several times in each direction and pads by concatenation.
 //! With these operations a training step takes half the time.
 
+mod blocked;
 mod bordered;
 mod convolution;
 mod direct;
+mod matrix;
 mod neighbours;
+mod points;
 mod resample;
 mod softmax;
 #[cfg(test)]
 mod tests;
+mod winograd;
 
 use aonet::internals::kernel::TAPS;
 use burn::backend::autodiff::checkpoint::base::Checkpointer;
