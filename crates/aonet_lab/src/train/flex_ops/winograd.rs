@@ -139,21 +139,27 @@ fn filters<S: Simd>(simd: S, weight: &[f32], [rows, row]: [usize; 2], strides: [
     points
 }
 
+/// The vectors at one place of every line.
+#[inline(always)]
+fn column_of<V: Copy, const N: usize, const LINES: usize>(lines: &[[V; N]; LINES], at: usize) -> [V; LINES] {
+    lines.map(|line| line[at])
+}
+
 /// V: the inputs of a strip at the points.
 #[inline(always)]
 fn inputs<S: Simd>(simd: S, conv: &Winograd, band: &Blocked, rows: Rows, to: &mut Points) {
     for block in 0..band.blocks() {
         for (square, y, x) in conv.squares(rows) {
             let mut lines = [[simd.splat(0.0); IN]; IN];
-            for i in 0..IN {
-                lines[i] = input(simd, vectors::<S, IN>(simd, &band.values[band.at(block, y + i, x)..]));
+            for (i, line) in lines.iter_mut().enumerate() {
+                *line = input(simd, vectors::<S, IN>(simd, &band.values[band.at(block, y + i, x)..]));
             }
             let mut points = [[simd.splat(0.0); IN]; IN];
             for i in 0..IN {
-                let column = [lines[0][i], lines[1][i], lines[2][i], lines[3][i], lines[4][i], lines[5][i]];
+                let column = column_of(&lines, i);
                 let column = input(simd, column);
-                for j in 0..IN {
-                    points[j][i] = column[j];
+                for (row, value) in points.iter_mut().zip(column) {
+                    row[i] = value;
                 }
             }
             to.store(simd, square * to.row + block * S::LANES, &points);
@@ -167,16 +173,16 @@ fn slopes<S: Simd>(simd: S, conv: &Winograd, band: &Blocked, rows: Rows, to: &mu
     for block in 0..band.blocks() {
         for (square, y, x) in conv.squares(rows) {
             let mut lines = [[simd.splat(0.0); IN]; OUT];
-            for i in 0..OUT {
-                let line = vectors::<S, OUT>(simd, &band.values[band.at(block, y + i, x)..]);
-                lines[i] = points::of_output(simd, line);
+            for (i, line) in lines.iter_mut().enumerate() {
+                let outputs = vectors::<S, OUT>(simd, &band.values[band.at(block, y + i, x)..]);
+                *line = points::of_output(simd, outputs);
             }
             let mut points = [[simd.splat(0.0); IN]; IN];
             for i in 0..IN {
-                let column = [lines[0][i], lines[1][i], lines[2][i], lines[3][i]];
+                let column = column_of(&lines, i);
                 let column = points::of_output(simd, column);
-                for j in 0..IN {
-                    points[j][i] = column[j];
+                for (row, value) in points.iter_mut().zip(column) {
+                    row[i] = value;
                 }
             }
             to.store(simd, square * to.row + block * S::LANES, &points);
@@ -237,10 +243,10 @@ fn write<S: Simd>(
                 lines[i] = output(simd, points[i]);
             }
             for i in 0..OUT {
-                let column = [lines[0][i], lines[1][i], lines[2][i], lines[3][i], lines[4][i], lines[5][i]];
+                let column = column_of(&lines, i);
                 let column = output(simd, column);
-                for row in 0..OUT {
-                    let value = simd.add(column[row], bias);
+                for (row, value) in column.into_iter().enumerate() {
+                    let value = simd.add(value, bias);
                     let at = band.at(block, y + row, x + i);
                     simd.store(simd.max(value, simd.mul(slope, value)), &mut band.values[at..]);
                 }
@@ -321,12 +327,12 @@ fn spread<S: Simd>(simd: S, conv: &Winograd, from: &Points, rows: Rows, band: &m
                 lines[i] = points::of_input(simd, points[i]);
             }
             for i in 0..IN {
-                let column = [lines[0][i], lines[1][i], lines[2][i], lines[3][i], lines[4][i], lines[5][i]];
+                let column = column_of(&lines, i);
                 let column = points::of_input(simd, column);
-                for row in 0..IN {
+                for (row, value) in column.into_iter().enumerate() {
                     let at = band.at(block, y + row, x + i);
                     let to = &mut band.values[at..];
-                    simd.store(simd.add(simd.load(to), column[row]), to);
+                    simd.store(simd.add(simd.load(to), value), to);
                 }
             }
         }
