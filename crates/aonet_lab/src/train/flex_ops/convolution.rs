@@ -1,5 +1,5 @@
-//! Convolution: of wide images by unfolding them, a block of rows at a time, into a matrix product; of narrow ones
-//! directly.
+//! Convolution: of images with many channels by Winograd's minimal filtering, of those with few directly, of small ones by unfolding them, a
+//! block of rows at a time, into a matrix product.
 #![allow(unsafe_code, reason = "matrix products by pointer and stride")]
 
 use super::Values;
@@ -17,7 +17,8 @@ const BLOCK: usize = 1 << 18;
 const MOST_OUTPUTS: usize = 32;
 const LEAST_WIDTH: usize = 16;
 
-/// Fewest channels in and out, and fewest pixels, for which transforms cost less than they save. guess
+/// Fewest channels in and out, and fewest pixels, for which transforms cost less than they save. With eight channels Deep Shading takes 1.5 times
+/// the time. The number of pixels is a guess.
 const FEWEST_CHANNELS: usize = 16;
 const FEWEST_PIXELS: usize = 144;
 
