@@ -24,6 +24,12 @@ pub(super) struct Size {
     pub(super) width: usize,
 }
 
+impl Size {
+    fn area(self) -> usize {
+        self.height * self.width
+    }
+}
+
 impl Blocked {
     /// A band of zeros; `rows` and `columns` without the border.
     pub(super) fn new(lanes: usize, channels: usize, [rows, columns]: [usize; 2], border: usize) -> Self {
@@ -42,92 +48,73 @@ impl Blocked {
         ((block * self.rows + row) * self.columns + column) * self.lanes
     }
 
-    /// The row of the image that a row of the band shows, for a band whose first row without the border is `first`.
-    fn row_of(&self, row: usize, first: usize, height: usize) -> Option<usize> {
-        (first + row).checked_sub(self.border).filter(|y| *y < height)
-    }
-
-    /// Copies rows of an image, from `rows.first` on; without the border, `rows.count` of the band's are of use. What lies beyond the right border
-    /// is finite, and zero if everything beyond is.
+    /// Copies an image's rows from `first` on to all rows of the band. Columns beyond the border on the right are not written.
     #[inline(always)]
-    pub(super) fn fill(&mut self, image: &[f32], size: Size, rows: Rows, beyond: Beyond) {
+    pub(super) fn fill(&mut self, image: &[f32], size: Size, first: usize, beyond: Beyond) {
         let Size { channels, height, width } = size;
+        let (lanes, border) = (self.lanes, self.border);
         let nothing = vec![0.0; width];
-        for block in 0..self.blocks() {
-            for row in 0..rows.count + 2 * self.border {
-                let y = match (self.row_of(row, rows.first, height), beyond) {
-                    (Some(y), _) => Some(y),
-                    (None, Beyond::Zero) => None,
-                    (None, Beyond::Edge) => {
-                        Some((rows.first + row).saturating_sub(self.border).min(height - 1))
+        let rows = self.values.chunks_exact_mut(self.columns * lanes);
+        for (i, line) in rows.enumerate() {
+            let (block, row) = (i / self.rows, i % self.rows);
+            let nearest = (first + row).saturating_sub(border).min(height - 1);
+            let y = (beyond == Beyond::Edge || nearest + border == first + row).then_some(nearest);
+            for quad in (0..lanes).step_by(4) {
+                let line_of = |i: usize| {
+                    let channel = block * lanes + quad + i;
+                    match y {
+                        Some(y) if channel < channels => &image[(channel * height + y) * width..][..width],
+                        _ => &nothing,
                     }
                 };
-                let start = self.at(block, row, 0);
-                let line = &mut self.values[start..start + self.columns * self.lanes];
-                for quad in (0..self.lanes).step_by(4) {
-                    let line_of = |i: usize| {
-                        let channel = block * self.lanes + quad + i;
-                        match y {
-                            Some(y) if channel < channels => {
-                                &image[(channel * height + y) * width..][..width]
-                            }
-                            _ => &nothing,
-                        }
-                    };
-                    interleave(
-                        [0, 1, 2, 3].map(line_of),
-                        &mut line[self.border * self.lanes + quad..],
-                        self.lanes,
-                    );
-                }
-                if self.border > 0 {
-                    let (lanes, end) = (self.lanes, (width + self.border) * self.lanes);
-                    line.copy_within(lanes..2 * lanes, 0);
-                    line.copy_within(end - lanes..end, end);
-                }
+                interleave([0, 1, 2, 3].map(line_of), &mut line[border * lanes + quad..], lanes);
+            }
+            if border > 0 {
+                let end = (width + border) * lanes;
+                line.copy_within(lanes..2 * lanes, 0);
+                line.copy_within(end - lanes..end, end);
             }
         }
     }
 
-    /// Writes the band's rows to those of an image. Without a border only.
+    /// Writes the band's rows to those of an image. For bands without a border.
     #[inline(always)]
     pub(super) fn write(&self, image: &mut [f32], size: Size, rows: Rows) {
-        let Size { channels, height, width } = size;
-        let mut line = vec![0.0; 4 * width];
-        for (block, row) in (0..self.blocks()).flat_map(|block| (0..rows.count).map(move |row| (block, row)))
-        {
-            let y = rows.first + row;
-            for quad in (0..self.lanes).step_by(4) {
-                deinterleave(&self.values[self.at(block, row, 0) + quad..], &mut line, self.lanes);
-                let first = block * self.lanes + quad;
-                for (channel, line) in (first..channels).zip(line.chunks_exact(width)) {
-                    image[(channel * height + y) * width..][..width].copy_from_slice(line);
-                }
-            }
+        for row in 0..rows.count {
+            let at = (rows.first + row) * size.width;
+            self.each_line(size, row, |channel, line| {
+                image[channel * size.area() + at..][..size.width].copy_from_slice(line);
+            });
         }
     }
 
     /// Adds the band's rows to those of an image, its border to the edge: the transpose of [`Self::fill`] with [`Beyond::Edge`].
     #[inline(always)]
     pub(super) fn add(&self, image: &mut [f32], size: Size, rows: Rows) {
-        let Size { channels, height, width } = size;
-        let wide = width + 2 * self.border;
-        let mut line = vec![0.0; 4 * wide];
-        let all = rows.count + 2 * self.border;
-        for (block, row) in (0..self.blocks()).flat_map(|block| (0..all).map(move |row| (block, row))) {
+        let Size { height, width, .. } = size;
+        for row in 0..rows.count + 2 * self.border {
             let y = (rows.first + row).saturating_sub(self.border).min(height - 1);
-            for quad in (0..self.lanes).step_by(4) {
-                deinterleave(&self.values[self.at(block, row, 0) + quad..], &mut line, self.lanes);
-                let first = block * self.lanes + quad;
-                for (channel, line) in (first..channels).zip(line.chunks_exact(wide)) {
-                    let to = &mut image[(channel * height + y) * width..][..width];
-                    to.iter_mut().zip(&line[self.border..]).for_each(|(to, from)| *to += from);
-                    if self.border > 0 {
-                        to[0] += line[0];
-                        to[width - 1] += line[wide - 1];
-                    }
+            self.each_line(size, row, |channel, line| {
+                let to = &mut image[channel * size.area() + y * width..][..width];
+                to.iter_mut().zip(&line[self.border..]).for_each(|(to, from)| *to += from);
+                if self.border > 0 {
+                    to[0] += line[0];
+                    to[width - 1] += line[width + 1];
                 }
-            }
+            });
+        }
+    }
+
+    /// Calls `visit` with every channel and its values in a row of the band, those of the border, too.
+    #[inline(always)]
+    fn each_line(&self, size: Size, row: usize, mut visit: impl FnMut(usize, &[f32])) {
+        let width = size.width + 2 * self.border;
+        let mut lines = vec![0.0; 4 * width];
+        for first in (0..size.channels).step_by(4) {
+            let (block, quad) = (first / self.lanes, first % self.lanes);
+            deinterleave(&self.values[self.at(block, row, 0) + quad..], &mut lines, self.lanes);
+            let channels = first..size.channels;
+            channels.zip(lines.chunks_exact(width)).for_each(|(channel, line)| visit(channel, line));
         }
     }
 }

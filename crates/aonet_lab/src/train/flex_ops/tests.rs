@@ -76,7 +76,7 @@ fn every_way_to_convolve_agrees_with_plain_loops() {
     let narrow = isas.iter().flat_map(|isa| [Way::Direct(*isa), Way::Winograd(*isa)]);
     for way in narrow.chain([Way::Unfold]) {
         for [inputs, outputs, height, width] in
-            [[1, 1, 1, 1], [3, 5, 2, 1], [2, 7, 1, 3], [5, 3, 7, 17], [9, 16, 5, 40], [24, 8, 40, 131]]
+            [[1, 1, 1, 1], [3, 5, 2, 1], [2, 7, 1, 3], [5, 3, 7, 17], [9, 16, 5, 40], [24, 8, 39, 131]]
         {
             for (batch, groups) in [(1, 1), (2, 3)] {
                 check(&Convolution { way, batch, groups, inputs, outputs, height, width, size: 3 });

@@ -156,8 +156,7 @@ fn inputs<S: Simd>(simd: S, conv: &Winograd, band: &Blocked, rows: Rows, to: &mu
             }
             let mut points = [[simd.splat(0.0); IN]; IN];
             for i in 0..IN {
-                let column = column_of(&lines, i);
-                let column = input(simd, column);
+                let column = input(simd, column_of(&lines, i));
                 for (row, value) in points.iter_mut().zip(column) {
                     row[i] = value;
                 }
@@ -179,8 +178,7 @@ fn slopes<S: Simd>(simd: S, conv: &Winograd, band: &Blocked, rows: Rows, to: &mu
             }
             let mut points = [[simd.splat(0.0); IN]; IN];
             for i in 0..IN {
-                let column = column_of(&lines, i);
-                let column = points::of_output(simd, column);
+                let column = points::of_output(simd, column_of(&lines, i));
                 for (row, value) in points.iter_mut().zip(column) {
                     row[i] = value;
                 }
@@ -207,7 +205,7 @@ impl Kernel for Forward<'_> {
         let mut seen = conv.points(S::LANES, channels);
         let mut products = conv.points(S::LANES, outputs);
         for rows in conv.strips() {
-            band.fill(x, conv.size(channels), rows, Beyond::Edge);
+            band.fill(x, conv.size(channels), rows.first, Beyond::Edge);
             inputs(simd, &conv, &band, rows, &mut seen);
             let squares = conv.squares(rows).count();
             for point in 0..PRODUCTS {
@@ -243,8 +241,7 @@ fn write<S: Simd>(
                 lines[i] = output(simd, points[i]);
             }
             for i in 0..OUT {
-                let column = column_of(&lines, i);
-                let column = output(simd, column);
+                let column = output(simd, column_of(&lines, i));
                 for (row, value) in column.into_iter().enumerate() {
                     let value = simd.add(value, bias);
                     let at = band.at(block, y + row, x + i);
@@ -275,11 +272,11 @@ impl Kernel for Backward<'_> {
         let mut image = image.map(|image| (image, filters(simd, weight, [outputs, channels], [channels, 1])));
         let mut filter = filter.map(|filter| (filter, Points::new(channels, at_outputs.row)));
         for rows in conv.strips() {
-            slope_band.fill(slope, conv.size(outputs), rows, Beyond::Zero);
+            slope_band.fill(slope, conv.size(outputs), rows.first, Beyond::Zero);
             slopes(simd, &conv, &slope_band, rows, &mut at_outputs);
             let squares = conv.squares(rows).count();
             if let Some((_, filters)) = &mut filter {
-                band.fill(x, conv.size(channels), rows, Beyond::Edge);
+                band.fill(x, conv.size(channels), rows.first, Beyond::Edge);
                 inputs(simd, &conv, &band, rows, &mut at_inputs);
                 for point in 0..PRODUCTS {
                     let seen = Factor { values: at_inputs.matrix(point), row: 1, column: at_inputs.row };
@@ -327,8 +324,7 @@ fn spread<S: Simd>(simd: S, conv: &Winograd, from: &Points, rows: Rows, band: &m
                 lines[i] = points::of_input(simd, points[i]);
             }
             for i in 0..IN {
-                let column = column_of(&lines, i);
-                let column = points::of_input(simd, column);
+                let column = points::of_input(simd, column_of(&lines, i));
                 for (row, value) in column.into_iter().enumerate() {
                     let at = band.at(block, y + row, x + i);
                     let to = &mut band.values[at..];
