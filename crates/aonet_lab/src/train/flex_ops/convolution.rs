@@ -1,10 +1,10 @@
 //! Convolution: of images with many channels by Winograd's minimal filtering, of those with few directly, of small ones by unfolding them, a
 //! block of rows at a time, into a matrix product.
-#![allow(unsafe_code, reason = "matrix products by pointer and stride")]
 
 use super::Values;
 use super::bordered::Rows;
 use super::direct::{self, Direct, Filter};
+use super::matrix::{Matrix, multiply_add};
 use super::winograd::Winograd;
 use aonet::internals::simd::Isa;
 use aonet::simd::Level;
@@ -264,58 +264,5 @@ impl Convolution {
         }
         self.unfold(image, block, buffer);
         (buffer, block.count * self.width)
-    }
-}
-
-/// A matrix inside a slice; `stride` is the distance between its rows and between its columns.
-#[derive(Clone, Copy)]
-struct Matrix<'a> {
-    values: &'a [f32],
-    rows: usize,
-    columns: usize,
-    stride: (usize, usize),
-}
-
-impl Matrix<'_> {
-    fn check(&self) {
-        let last = (self.rows - 1) * self.stride.0 + (self.columns - 1) * self.stride.1;
-        assert!(last < self.values.len(), "a matrix ends outside its slice");
-    }
-}
-
-/// Adds the product of `a` and `b` to the matrix in `out` with rows `stride` apart. On the calling thread.
-fn multiply_add(a: Matrix, b: Matrix, out: &mut [f32], stride: usize) {
-    let (m, n, k) = (a.rows, b.columns, a.columns);
-    if m * n * k == 0 {
-        return;
-    }
-    a.check();
-    b.check();
-    assert_eq!(k, b.rows);
-    assert!((m - 1) * stride + n <= out.len() && n <= stride);
-    let at = |stride: usize| stride as isize;
-    // SAFETY: all three matrices lie inside their slices, checked above, and `out` is borrowed alone.
-    unsafe {
-        gemm::gemm(
-            m,
-            n,
-            k,
-            out.as_mut_ptr(),
-            1,
-            at(stride),
-            true,
-            a.values.as_ptr(),
-            at(a.stride.1),
-            at(a.stride.0),
-            b.values.as_ptr(),
-            at(b.stride.1),
-            at(b.stride.0),
-            1.0,
-            1.0,
-            false,
-            false,
-            false,
-            gemm::Parallelism::None,
-        );
     }
 }

@@ -8,7 +8,7 @@ use super::blocked::{Blocked, Size, vectors};
 use super::bordered::{Beyond, Rows};
 use super::convolution::Wanted;
 use super::direct::Filter;
-use super::matrix::{Factor, multiply};
+use super::matrix::{Matrix, multiply, multiply_add};
 use super::points::{self, TAPS};
 use aonet::internals::simd::{Isa, Kernel, MAX_LANES, Simd};
 use aonet::internals::winograd::{IN, OUT, PRODUCTS, input, output};
@@ -108,8 +108,10 @@ impl Points {
         values
     }
 
-    fn matrix(&self, point: usize) -> &[f32] {
-        &self.values[point * self.pitch..][..self.pitch]
+    /// The first rows and columns of a point's matrix.
+    fn matrix(&self, point: usize, [rows, columns]: [usize; 2]) -> Matrix<'_> {
+        let values = &self.values[point * self.pitch..][..self.pitch];
+        Matrix { values, rows, columns, stride: (self.row, 1) }
     }
 
     fn matrix_mut(&mut self, point: usize) -> &mut [f32] {
@@ -209,9 +211,9 @@ impl Kernel for Forward<'_> {
             inputs(simd, &conv, &band, rows, &mut seen);
             let squares = conv.squares(rows).count();
             for point in 0..PRODUCTS {
-                let seen = Factor { values: seen.matrix(point), row: seen.row, column: 1 };
-                let size = [squares, channels, products.row];
-                multiply::<S, false>(simd, size, seen, at_points.matrix(point), products.matrix_mut(point));
+                let seen = seen.matrix(point, [squares, channels]);
+                let weight = at_points.matrix(point, [channels, products.row]);
+                multiply(seen, weight, products.matrix_mut(point), weight.columns);
             }
             write(simd, &conv, filter, &products, rows, &mut out_band);
             out_band.write(out, conv.size(outputs), rows);
@@ -279,28 +281,16 @@ impl Kernel for Backward<'_> {
                 band.fill(x, conv.size(channels), rows.first, Beyond::Edge);
                 inputs(simd, &conv, &band, rows, &mut at_inputs);
                 for point in 0..PRODUCTS {
-                    let seen = Factor { values: at_inputs.matrix(point), row: 1, column: at_inputs.row };
-                    let size = [channels, squares, filters.row];
-                    multiply::<S, true>(
-                        simd,
-                        size,
-                        seen,
-                        at_outputs.matrix(point),
-                        filters.matrix_mut(point),
-                    );
+                    let seen = at_inputs.matrix(point, [squares, channels]).transposed();
+                    let slope = at_outputs.matrix(point, [squares, at_outputs.row]);
+                    multiply_add(seen, slope, filters.matrix_mut(point), slope.columns);
                 }
             }
             if let Some((image, weight)) = &mut image {
                 for point in 0..PRODUCTS {
-                    let slope = Factor { values: at_outputs.matrix(point), row: at_outputs.row, column: 1 };
-                    let size = [squares, outputs, at_inputs.row];
-                    multiply::<S, false>(
-                        simd,
-                        size,
-                        slope,
-                        weight.matrix(point),
-                        at_inputs.matrix_mut(point),
-                    );
+                    let slope = at_outputs.matrix(point, [squares, outputs]);
+                    let weight = weight.matrix(point, [outputs, at_inputs.row]);
+                    multiply(slope, weight, at_inputs.matrix_mut(point), weight.columns);
                 }
                 spread(simd, &conv, &at_inputs, rows, &mut band);
                 band.add(image, conv.size(channels), rows);
