@@ -39,7 +39,7 @@ pub(crate) struct Args {
     #[arg(short, long)]
     pub(crate) output: PathBuf,
     /// Start from the weights of this network rather than random ones: fast, balanced, high, paper, or a file. Where the
-    /// new network has fewer channels, it keeps the strongest.
+    /// new network has fewer channels, it keeps the strongest; channels that it has besides change nothing at first.
     #[arg(long, value_name = "MODEL", conflicts_with = "all")]
     pub(crate) from: Option<PathBuf>,
     /// VGG-19 weights for the perceptual term (safetensors, torchvision's names `features.0.weight` ...);

@@ -1,7 +1,8 @@
-//! Weights that a run starts from, for a network that sees or says more than theirs did, or has fewer channels.
+//! Weights that a run starts from, for a network that sees or says more than theirs did, or is narrower or wider.
 
+use aonet::internals::graph::Graph;
 use aonet::internals::neighbours;
-use aonet::internals::weights::Tensor;
+use aonet::internals::weights::{Tensor, Weights};
 use aonet::net::{Arch, Channel, KernelWeights, Model, ModelConfig, Output, SearchConfig, Skips};
 use aonet::search::Share;
 use std::collections::BTreeMap;
@@ -22,9 +23,10 @@ enum Input {
 ///   this share.
 /// * What the survey said of a patch is now said of each of its pixels. So each has an equal part of that weight, too.
 ///
-/// Convolutions that are narrower keep the strongest channels. Tensors that differ in any other way stay as they are.
+/// Convolutions that are narrower keep the strongest channels. Those that are wider get channels with random weights, which nothing reads at first,
+/// so the image stays the same. Tensors that differ in any other way stay as they are.
 pub(super) fn fitted(config: &ModelConfig, start: &Model) -> BTreeMap<String, Tensor> {
-    let mut tensors = narrowed(config, start);
+    let mut tensors = resized(config, start);
     let (before, after) = (inputs(start.config()), inputs(config));
     if start.config().patch == config.patch
         && before != after
@@ -83,51 +85,69 @@ fn with_planes(tensor: &Tensor, before: [usize; 2], after: [usize; 2]) -> Tensor
     Tensor { shape, values }
 }
 
-/// The tensors of `start`, without the weakest channels of the convolutions that are narrower in `config`; as they are if the networks differ in
-/// more than their widths.
+/// The tensors of `start` with the widths of `config`; as they are if the networks differ in more. A narrower convolution loses its weakest channels,
+/// a wider one gets new ones behind its own, with the weights of a new network. Those that read them start at zero.
 // Li et al. 2017, Pruning Filters for Efficient ConvNets. A channel is as strong as the sum of its filter's absolute weights times that of all that
 // read it.
-fn narrowed(config: &ModelConfig, start: &Model) -> BTreeMap<String, Tensor> {
+fn resized(config: &ModelConfig, start: &Model) -> BTreeMap<String, Tensor> {
     let tensors = start.weights().tensors();
     let before = start.config();
-    let mut narrowed = tensors.clone();
-    let same_kind = before.arch == Arch::AoNet
+    let mut resized = tensors.clone();
+    let same_kind = before.embedding.is_some() == config.embedding.is_some()
+        && before.arch == Arch::AoNet
         && config.arch == Arch::AoNet
         && before.skips == Skips::Concat
         && config.skips == Skips::Concat
         && before.encoder.len() == config.encoder.len();
-    if !same_kind {
-        return narrowed;
-    }
+    let widths = ModelConfig {
+        embedding: config.embedding,
+        encoder: config.encoder.clone(),
+        decoder: config.decoder.clone(),
+        ..before.clone()
+    };
+    let Some(graph) = Graph::new(&widths).ok().filter(|_| same_kind) else { return resized };
+    let new = Weights::init(&graph, 0);
     for Conv { name, readers, width } in convolutions(before, config) {
         let (weight, bias) = (format!("{name}.weight"), format!("{name}.bias"));
-        let filters = &tensors[&weight];
-        if width >= filters.shape[0] {
-            continue;
-        }
-        let strength = |channel: usize| {
-            let read: f32 =
-                readers.iter().map(|(reader, first)| size(&tensors[reader], 1, first + channel)).sum();
-            size(filters, 0, channel) * read
-        };
-        let strengths: Vec<f32> = (0..filters.shape[0]).map(strength).collect();
-        let mut kept: Vec<usize> = (0..filters.shape[0]).collect();
-        kept.sort_by(|a, b| strengths[*b].total_cmp(&strengths[*a]));
-        kept.truncate(width);
-        kept.sort_unstable();
+        let had = tensors[&weight].shape[0];
+        let kept = strongest(width, &tensors[&weight], &readers, tensors);
         for name in [weight, bias] {
-            narrowed.entry(name).and_modify(|tensor| *tensor = picked(tensor, 0, &kept));
+            let mut filters = picked(&resized[&name], 0, &kept);
+            let new = new.get(&name);
+            filters.values.extend(&new.values[filters.values.len()..]);
+            resized.insert(name, Tensor { shape: new.shape.clone(), ..filters });
         }
         for (reader, first) in readers {
-            let tensor = &narrowed[&reader];
-            let last = first + filters.shape[0];
-            let inputs =
-                (0..first).chain(kept.iter().map(|channel| first + channel)).chain(last..tensor.shape[1]);
-            let cut = picked(tensor, 1, &inputs.collect::<Vec<_>>());
-            narrowed.insert(reader, cut);
+            let tensor = &resized[&reader];
+            let own = kept.iter().map(|channel| channel.map(|channel| first + channel));
+            let unread = std::iter::repeat_n(None, width.saturating_sub(had));
+            let rest = (first + had..tensor.shape[1]).map(Some);
+            let inputs = (0..first).map(Some).chain(own).chain(unread).chain(rest);
+            let read = picked(tensor, 1, &inputs.collect::<Vec<_>>());
+            resized.insert(reader, read);
         }
     }
-    narrowed
+    resized
+}
+
+/// The strongest channels of a convolution, at most `width`, in order.
+fn strongest(
+    width: usize,
+    filters: &Tensor,
+    readers: &[(String, usize)],
+    tensors: &BTreeMap<String, Tensor>,
+) -> Vec<Option<usize>> {
+    let strength = |channel: usize| {
+        let read: f32 =
+            readers.iter().map(|(reader, first)| size(&tensors[reader], 1, first + channel)).sum();
+        size(filters, 0, channel) * read
+    };
+    let strengths: Vec<f32> = (0..filters.shape[0]).map(strength).collect();
+    let mut kept: Vec<usize> = (0..filters.shape[0]).collect();
+    kept.sort_by(|a, b| strengths[*b].total_cmp(&strengths[*a]));
+    kept.truncate(width);
+    kept.sort_unstable();
+    kept.into_iter().map(Some).collect()
 }
 
 /// A convolution before the head.
@@ -139,7 +159,8 @@ struct Conv {
     width: usize,
 }
 
-/// The convolutions of a network, in an order in which their outputs can be cut: no channels before these in a reader's input are cut earlier.
+/// The convolutions of a network, in an order in which the number of their outputs can change: what they read has changed before, and no channels
+/// before these in a reader's input have.
 fn convolutions(before: &ModelConfig, config: &ModelConfig) -> Vec<Conv> {
     let coarsest = before.encoder.len() - 1;
     let weight = |name: String| format!("{name}.weight");
@@ -177,18 +198,26 @@ fn convolutions(before: &ModelConfig, config: &ModelConfig) -> Vec<Conv> {
 
 /// Sum of the absolute values at a place along an axis, 0 or 1.
 fn size(tensor: &Tensor, axis: usize, at: usize) -> f32 {
-    picked(tensor, axis, &[at]).values.iter().map(|value| value.abs()).sum()
+    picked(tensor, axis, &[Some(at)]).values.iter().map(|value| value.abs()).sum()
 }
 
-/// The places along an axis, 0 or 1.
-fn picked(tensor: &Tensor, axis: usize, places: &[usize]) -> Tensor {
+/// The places along an axis, 0 or 1; zeros where there is none.
+fn picked(tensor: &Tensor, axis: usize, places: &[Option<usize>]) -> Tensor {
     let mut shape = tensor.shape.clone();
     let (groups, inner) =
         (shape[..axis].iter().product::<usize>(), shape[axis + 1..].iter().product::<usize>());
-    let places = |group: usize| places.iter().map(move |place| (group * tensor.shape[axis] + place) * inner);
-    let starts = (0..groups).flat_map(places);
-    let values = starts.flat_map(|start| &tensor.values[start..start + inner]).copied().collect();
-    shape[axis] = places(0).count();
+    let mut values = Vec::with_capacity(groups * places.len() * inner);
+    for group in 0..groups {
+        for place in places {
+            match place {
+                Some(place) => {
+                    values.extend(&tensor.values[(group * shape[axis] + place) * inner..][..inner])
+                }
+                None => values.resize(values.len() + inner, 0.0),
+            }
+        }
+    }
+    shape[axis] = places.len();
     Tensor { shape, values }
 }
 
@@ -256,6 +285,13 @@ mod tests {
         Weights::new(&Graph::new(config).unwrap(), fitted(config, start)).unwrap()
     }
 
+    /// What a network without a survey makes of a frame.
+    fn image(model: &Model) -> Vec<f32> {
+        let seen = features(model.config().features.channels().len(), (64, 64));
+        let search = model.config().search.map(|search| features(search.planes(), (64, 64)));
+        naive::evaluate(model, &Inputs { features: seen, search, survey: None }).values
+    }
+
     #[test]
     fn channels_that_nothing_stood_for_have_no_weight() {
         for (embedding, name, area) in [(None, "enc0.conv0.weight", 9), (Some(24), "embedding.weight", 1)] {
@@ -318,15 +354,40 @@ mod tests {
         };
         let weights = fits(&narrow, &wide);
         let narrow = Model::new(narrow, weights, TrainingFacts::default()).unwrap();
-        let seen = features(wide.config().features.channels().len(), (64, 64));
-        let search = wide.config().search.map(|search| features(search.planes(), (64, 64)));
-        let images = [&wide, &narrow].map(|model| {
-            naive::evaluate(model, &Inputs { features: seen.clone(), search: search.clone(), survey: None })
-                .values
-        });
+        let images = [&wide, &narrow].map(image);
         let off = images[0].iter().zip(&images[1]).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
         assert!(off < 1e-5, "{off}");
         assert!(images[0].iter().any(|value| *value != images[0][0]), "a flat image");
+    }
+
+    #[test]
+    fn a_wider_network_begins_with_the_same_image() {
+        for embedding in [None, Some(9)] {
+            let encoder = vec![8, 12, 10, 6];
+            let config =
+                ModelConfig { embedding, encoder, decoder: vec![12, 10, 8], ..ModelConfig::correcting() };
+            let start = model(config.clone());
+            let wider = ModelConfig {
+                embedding: embedding.map(|width| width + 3),
+                encoder: vec![9, 12, 14, 8],
+                decoder: vec![13, 9, 11],
+                ..config
+            };
+            let weights = fits(&ModelConfig { decoder: vec![13, 10, 11], ..wider.clone() }, &start);
+            // The new channels say something, so they can learn to be read.
+            let new = weights.get("dec0.conv1.weight");
+            assert!(new.values[new.values.len() / 11 * 8..].iter().all(|weight| *weight != 0.0));
+            let wide = Model::new(
+                ModelConfig { decoder: vec![13, 10, 11], ..wider.clone() },
+                weights,
+                TrainingFacts::default(),
+            );
+            let [before, after] = [&start, &wide.unwrap()].map(image);
+            assert_eq!(before, after);
+            assert!(before.iter().any(|value| *value != before[0]), "a flat image");
+            // Some levels may be narrower.
+            fits(&wider, &start);
+        }
     }
 
     #[test]
