@@ -28,6 +28,7 @@ mod ties;
 mod timings;
 mod validate;
 mod vgg;
+mod widths;
 
 pub use crate::train_config as config;
 pub use config::{Augment, ExactSurvey, LossConfig, Optimizer, SsimWindow, TrainConfig};

@@ -33,6 +33,12 @@ fn noise(seed: u64) -> impl FnMut() -> f32 {
     }
 }
 
+/// A network as training from scratch finds it.
+pub(super) fn untrained(config: ModelConfig) -> Model {
+    let weights = Weights::init(&Graph::new(&config).unwrap(), 3);
+    Model::new(config, weights, TrainingFacts::default()).unwrap()
+}
+
 fn model(config: ModelConfig, seed: u64) -> Model {
     let graph = Graph::new(&config).unwrap();
     // Biases start at zero: give every parameter something to be wrong about.
