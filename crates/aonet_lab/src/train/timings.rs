@@ -5,10 +5,11 @@ use super::LossConfig;
 use super::loss::Loss;
 use super::net::Kernels;
 use super::samples::{self, Crop};
+use super::survey::CropSurvey;
 use super::step::{LEAK, Stepper, single_threaded_pools};
-use aonet::internals::graph::Graph;
+use aonet::internals::graph::{Graph, SURVEYED};
 use aonet::internals::weights::Weights;
-use aonet::net::{KernelWeights, ModelConfig};
+use aonet::net::{KernelWeights, Model, ModelConfig, shipped};
 use burn::tensor::Device;
 
 const SIDE: usize = 256;
@@ -23,12 +24,17 @@ fn cpu_seconds() -> f64 {
     ticks as f64 / 100.0
 }
 
-fn crop(channels: usize, seed: usize) -> Crop {
+/// A crop of this many channels, with a survey of patches of this side (px).
+fn crop(channels: usize, patch: Option<usize>, seed: usize) -> Crop {
     let pixels = SIDE * SIDE;
     let wave = |i: usize| ((i * 7919 + seed * 31) % 1021) as f32 / 1021.0;
+    let survey = |patch: usize| CropSurvey {
+        patch,
+        values: (0..SURVEYED * pixels / (patch * patch)).map(wave).collect(),
+    };
     Crop {
         features: (0..channels * pixels).map(|i| 2.0 * wave(i) - 1.0).collect(),
-        survey: None,
+        survey: patch.map(survey),
         target: (0..pixels).map(wave).collect(),
         foreground: vec![1.0; pixels],
     }
@@ -44,7 +50,8 @@ fn time(name: &str, config: &ModelConfig) {
     let stepper =
         Stepper { graph: &graph, loss: &loss, device: &device, workers: &workers, side: SIDE, leak: LEAK };
     let channels = samples::sampled(config.features.clone(), config.search).channels().len();
-    let crops: Vec<_> = (0..BATCH).map(|i| crop(channels, i)).collect();
+    let patch = config.survey.map(|_| config.patch);
+    let crops: Vec<_> = (0..BATCH).map(|i| crop(channels, patch, i)).collect();
     let seconds = || {
         let start = cpu_seconds();
         stepper.gradients(&weights, &crops);
@@ -82,4 +89,22 @@ fn paper() {
 #[ignore = "measures, checks nothing"]
 fn softmax() {
     time("softmax", &ModelConfig { kernel: KernelWeights::Softmax, ..ModelConfig::paper() });
+}
+
+#[test]
+#[ignore = "measures, checks nothing"]
+fn fast() {
+    time("fast", Model::from_bytes(shipped::FAST).unwrap().config());
+}
+
+#[test]
+#[ignore = "measures, checks nothing"]
+fn balanced() {
+    time("balanced", Model::from_bytes(shipped::BALANCED).unwrap().config());
+}
+
+#[test]
+#[ignore = "measures, checks nothing"]
+fn high() {
+    time("high", Model::from_bytes(shipped::HIGH).unwrap().config());
 }
