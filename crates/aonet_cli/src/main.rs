@@ -86,6 +86,11 @@ pub(crate) enum Outcome {
     CheckFailed,
 }
 
+/// A step of training allocates and frees every activation.
+#[cfg(feature = "train")]
+#[global_allocator]
+static ALLOCATOR: mimalloc::MiMalloc = mimalloc::MiMalloc;
+
 fn main() -> ExitCode {
     let cli = parse();
     let level = [log::LevelFilter::Warn, log::LevelFilter::Debug, log::LevelFilter::Trace]
