@@ -213,19 +213,20 @@ fn draw_caption(caption: &Caption, width: u32) -> RgbImage {
     let mut line = RgbImage::from_pixel(width, CAPTION, Rgb(PAPER));
     text::draw(&mut line, (GAP, GAP), &caption.text, INK);
     if caption.error_legend {
-        let legend = legend();
+        let legend = legend(width.saturating_sub(text::width(&caption.text) + 2 * GAP));
         let left = i64::from(width) - i64::from(legend.width());
         imageops::replace(&mut line, &legend, left, 0);
     }
     line
 }
 
-/// The colours of [`error`] from too dark to too bright, between their values.
-fn legend() -> RgbImage {
+/// The colours of [`error`] from too dark to too bright, between their values: narrower where a caption leaves less room (px).
+fn legend(room: u32) -> RgbImage {
     let (low, high) = (format!("-{ERROR_SCALE}"), format!("+{ERROR_SCALE}"));
-    let bar = 96;
     let bar_left = text::width(&low) + 2 * GAP;
-    let width = bar_left + bar + GAP + text::width(&high) + GAP;
+    let bar_right = text::width(&high) + 2 * GAP;
+    let bar = room.saturating_sub(bar_left + bar_right).clamp(48, 96);
+    let width = bar_left + bar + bar_right;
     let mut legend = RgbImage::from_pixel(width, CAPTION, Rgb(PAPER));
     text::draw(&mut legend, (GAP, GAP), &low, INK);
     for (x, y) in (0..bar).flat_map(|x| (GAP..CAPTION - GAP).map(move |y| (x, y))) {
@@ -292,6 +293,17 @@ mod tests {
             assert!(sheet.height() <= 2 * (PANEL_HEIGHT + CAPTION));
         }
         assert!(sheet(&[], 2).is_err());
+    }
+
+    #[test]
+    fn a_legend_leaves_room_for_its_caption() {
+        // Pictures of a gallery of four columns.
+        let width = (SHEET_WIDTH - 3 * GAP) / 4;
+        let line = |error_legend| draw_caption(&Caption { text: "24.0 dB .909".into(), error_legend }, width);
+        let text = text::width("24.0 dB .909") + GAP;
+        let start = |line: RgbImage| imageops::crop_imm(&line, 0, 0, text, CAPTION).to_image();
+        assert_eq!(start(line(true)), start(line(false)));
+        assert_ne!(line(true), line(false));
     }
 
     #[test]
