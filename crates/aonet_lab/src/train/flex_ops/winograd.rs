@@ -13,7 +13,7 @@ use super::points::{self, TAPS};
 use aonet::internals::simd::{Isa, Kernel, MAX_LANES, Simd};
 use aonet::internals::winograd::{IN, OUT, PRODUCTS, input, output};
 
-/// Floats at the points that are in use at a time: 2 MiB. Measured on a Zen 3; with half as many, the network at full resolution takes 1.15 times the time.
+/// Floats at the points that are in use at a time: 2 MiB. On a Zen 3, the network at full resolution takes 1.15 times as long with half as many.
 const AT_POINTS: usize = 1 << 19;
 /// Floats between the matrices of two points, so that the distance is no power of two.
 const GAP: usize = 16;
